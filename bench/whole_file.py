@@ -32,10 +32,14 @@ def whole(file: Path) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
-def write_whole(file: Path, text: str) -> None:
-    """Write a text file, whole or not at all."""
-    with whole(file) as part:
-        part.write_text(text, encoding="utf8")
+def write_whole(file: Path, content: str | bytes) -> None:
+    """Write a file, whole or not at all: whoever reads it, or kills us, or cuts the
+    power, finds the old or the new one."""
+    data = content.encode("utf8") if isinstance(content, str) else content
+    with whole(file) as part, part.open("wb") as out:
+        out.write(data)
+        out.flush()
+        os.fsync(out.fileno())
 
 
 @contextmanager

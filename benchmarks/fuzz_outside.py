@@ -12,12 +12,13 @@ from pathlib import Path
 from fuzz_files import RESULT, Reader
 from measure_all import measure
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.bench.outlets import FORMULA, NOT_SHOWN, NUMBER
 from benchtwin.page import results
 from benchtwin.page.folder import Refused
 from benchtwin.report.archive import MANIFEST
 from benchtwin.report.archive.pack import pack
-from benchtwin.report.archive.unpack import NoPack, unpack
+from benchtwin.report.archive.unpack import unpack
 from benchtwin.vision.results import Results
 
 TEXTS = b"""rig = "drop"
@@ -96,7 +97,7 @@ def unpacked(file: Path) -> bool:
     out = file.with_name(f"{file.name}-out")
     try:
         unpack(file, out)
-    except NoPack as error:
+    except Misuse as error:
         assert str(file) in str(error) and not out.exists()
         return True
     except OSError as error:

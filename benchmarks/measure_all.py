@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from benchtwin.measure.batch import find_all, measure_each
-from benchtwin.measure.observe import observe
+from benchtwin.measure.observe import observe, observe_or_fail
 from benchtwin.vision.measurement import Observation
 from benchtwin.vision.pile.repose import PileOptions
 
@@ -19,4 +19,5 @@ def measure(
     other; those of several together last."""
     chosen = [paths] if isinstance(paths, str | Path) else paths
     entries = find_all([Path(path) for path in chosen])
-    yield from measure_each(entries, partial(observe, options=options, trim=trim))
+    measured = partial(observe, options=options, trim=trim)
+    yield from measure_each(entries, lambda entry, _: observe_or_fail(entry, measured))

@@ -20,12 +20,9 @@ import pandas as pd
 import tomli_w
 from loop_truth import SEEDS, SLAB, STEEL
 
-from benchtwin.calibrate.predict_command import Asked as Predicted
-from benchtwin.calibrate.predict_command import predict_into
-from benchtwin.calibrate.prediction.predict import rows
+from benchtwin import calibrate, predict
 from benchtwin.calibrate.procedure.simulator import Run, campaign, seed_numbers
 from benchtwin.calibrate.statistics.predictive import NORMAL_95
-from benchtwin.calibrate_command import Asked, calibrate_command
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job, rig_named
 
@@ -134,8 +131,7 @@ def calibrated(name: str) -> Path:
     out = OUT / name / "calibrated"
     if not (out / "result.json").is_file():
         make(OUT / name / "bench", name)
-        if calibrate_command(Asked(OUT / name / "bench", out, quick=True, workers=1)):
-            raise SystemExit(f"{name}: not calibrated")
+        calibrate(OUT / name / "bench", out=out, quick=True, workers=1)
     return out
 
 
@@ -145,25 +141,26 @@ def checked(name: str, rig: str) -> pd.DataFrame:
     many packings is predicted."""
     of = rig_named(rig)[0]
     settings = {f"{of}.{key}": value for key, value in SYSTEMS[rig].items()}
-    asked = Predicted(
+    found = predict(
         calibrated(name),
         rig,
-        OUT / name / rig,
+        out=OUT / name / rig,
         settings=settings,
         workers=1,
         overwrite=True,
     )
-    found, _, _ = predict_into(asked)
     description, number = {of: SYSTEMS[rig], "seed": LOT}, BENCHES[name]
     own = [seed_numbers(SEED, name, rig, k) for k in range(PACKINGS)]
     with campaign(OUT / name / "truth", workers=1) as simulate:
         runs = simulate([Run(of, truth(number), rng, description) for rng in own])
     beside = []
-    for quantity, p in found.of.items():
+    for quantity, p in found.details.of.items():
         angles = runs[f"true_{quantity}"].dropna()
         z = (angles.mean() - p.mean) / (p.half_width(len(angles)) / NORMAL_95)
         beside.append({"true_mean": angles.mean(), "true_sd": angles.std(), "z": z})
-    return pd.concat([rows(found), pd.DataFrame(beside)], axis=1).assign(bench=name)
+    return pd.concat([found.quantities, pd.DataFrame(beside)], axis=1).assign(
+        bench=name
+    )
 
 
 def main(names: list[str]) -> None:

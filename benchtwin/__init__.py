@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from benchtwin.auditing import audit as audit
-    from benchtwin.calibrating import calibrate as calibrate
-    from benchtwin.comparing import compare as compare
-    from benchtwin.diagnosing import diagnose as diagnose
-    from benchtwin.exporting import export as export
-    from benchtwin.measuring import measure as measure
-    from benchtwin.predicting import predict as predict
+    from benchtwin.recording_commands import measure as measure
     from benchtwin.sim.laws.law import Law as Law
     from benchtwin.sim.rigs.bench import Bench as Bench
     from benchtwin.sim.seed import Seed as Seed
-    from benchtwin.simulating import simulate as simulate
+    from benchtwin.simulation_commands import calibrate as calibrate
+    from benchtwin.simulation_commands import compare as compare
+    from benchtwin.simulation_commands import diagnose as diagnose
+    from benchtwin.simulation_commands import export as export
+    from benchtwin.simulation_commands import predict as predict
+    from benchtwin.simulation_commands import simulate as simulate
     from benchtwin.twin.parameters import Parameters as Parameters
     from benchtwin.vision.measurement import MeasurementError as MeasurementError
 
@@ -33,13 +33,13 @@ _MODULES = {
     "Parameters": "benchtwin.twin.parameters",
     "Seed": "benchtwin.sim.seed",
     "audit": "benchtwin.auditing",
-    "calibrate": "benchtwin.calibrating",
-    "compare": "benchtwin.comparing",
-    "diagnose": "benchtwin.diagnosing",
-    "export": "benchtwin.exporting",
-    "measure": "benchtwin.measuring",
-    "predict": "benchtwin.predicting",
-    "simulate": "benchtwin.simulating",
+    "calibrate": "benchtwin.simulation_commands",
+    "compare": "benchtwin.simulation_commands",
+    "diagnose": "benchtwin.simulation_commands",
+    "export": "benchtwin.simulation_commands",
+    "measure": "benchtwin.recording_commands",
+    "predict": "benchtwin.simulation_commands",
+    "simulate": "benchtwin.simulation_commands",
 }
 __all__ = [
     "Bench",

@@ -10,8 +10,10 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.blas import on_one_blas_thread
-from benchtwin.measuring import Bench, Measurements, measure
+from benchtwin.measuring import Measurements
+from benchtwin.options import Bench
 from benchtwin.page.form import Field, form, needed
+from benchtwin.recording_commands import measure
 from benchtwin.report.draw import BLUE, GREY
 from benchtwin.vision.recording import Recording
 

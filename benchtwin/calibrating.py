@@ -1,22 +1,46 @@
-"""`benchtwin.calibrate`: a bench folder → contact parameters with intervals."""
+"""What `benchtwin.calibrate` finds: contact parameters with intervals; and what it is
+asked for, checked."""
 
 import math
-from collections.abc import Mapping
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from plotly.graph_objects import Figure
+from rich.table import Table
 
 from benchtwin import shown
-from benchtwin.bench.numbers import with_interval
-from benchtwin.blas import on_one_blas_thread
-from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
-from benchtwin.calibrate.procedure.words import in_status
-from benchtwin.calibrate_command import Asked, calibrate_into
-from benchtwin.measuring import Bench, recordings_of
+from benchtwin.bench.exits import DONE, FAILED
+from benchtwin.bench.numbers import beside_interval, with_interval
+from benchtwin.bench.terminal import Terminal
+from benchtwin.bench.workbook import WORKBOOK, write_workbook
+from benchtwin.calibrate.procedure import Calibration, parameters
+from benchtwin.calibrate.procedure.next_tests import in_words
+from benchtwin.calibrate.procedure.shape_effect import verdict
+from benchtwin.calibrate.procedure.words import in_status, ties_in_words
+from benchtwin.calibrate.result_file import write_result
 from benchtwin.report import draw
+from benchtwin.report.numbers import words
+from benchtwin.report.page import render
+from benchtwin.report.spreadsheet import sheets
+from benchtwin.report.template import PAGE, PRINTED, write_page
+from benchtwin.twin.bench_folder import Observed
+from benchtwin.twin.command import (
+    check_bench,
+    check_out,
+    print_lines,
+    progress_line,
+    reported,
+)
+
+# what a calibration leaves
+OURS = {"result.json", PAGE, PRINTED, WORKBOOK, "tables", "runs", "twin"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +54,15 @@ class CalibrationSummary:
     in the one set of all parameters that fits best together, which is exported; source;
     budget (shares of its variance). not_calibrated: rigs that gave nothing,
     and why. findings: what no contact parameters explain. folder: where files were
-    written, None where none were. details: every fit and table; its fields may change
-    between versions."""
+    written, None where none were; reported: whether the report could be drawn. details:
+    every fit and table; its fields may change between versions."""
 
     parameters: pd.DataFrame
     not_calibrated: dict[str, str]
     findings: tuple[str, ...]
     folder: Path | None
     details: Calibration = field(repr=False)
+    reported: bool = True
 
     def plot(self) -> Figure:
         """A panel a parameter: its value and interval."""
@@ -45,8 +70,12 @@ class CalibrationSummary:
         figure, places = shown.panels([draw.name(n) for n in table["parameter"]])
         for row, place in zip(table.itertuples(), places, strict=True):
             if np.isfinite([row.low, row.value, row.high]).all():
-                for trace in shown.across(row.low, row.value, row.high, " "):
-                    figure.add_trace(trace, **place)
+                ends = {"array": [row.high - row.value]}
+                ends |= {"arrayminus": [row.value - row.low]}
+                bar = ends | {"color": draw.BLUE, "thickness": 5}
+                mark = {"color": draw.RED, "size": 11, "symbol": "diamond"}
+                point = {"x": [row.value], "y": [" "], "mode": "markers"}
+                figure.add_scatter(**point, marker=mark, error_x=bar, **place)
         figure.update_layout(height=60 + 110 * math.ceil(len(table) / 2))
         return figure
 
@@ -69,79 +98,105 @@ class CalibrationSummary:
         lost = [f"{rig}: {why}" for rig, why in self.not_calibrated.items()]
         return shown.html("Contact parameters", cells, [*lost, *self.findings])
 
+    def tell(self, *, quiet: bool) -> int:
+        """Print this as the command does, and return its exit code."""
+        if not quiet:
+            _show(self.details, self.folder or Path(), self.reported)
+        return DONE if self.reported else FAILED
 
-@on_one_blas_thread
-def calibrate(
-    bench: Bench,
-    *,
-    out: str | Path | None = None,
-    tables: bool = False,
-    quick: bool = False,
-    whole_pile: bool = False,
-    next_test: bool = False,
-    rendered: bool = False,
-    method: str = "posterior",
-    ranges: Mapping[str, tuple[float, float]] | None = None,
-    priors: Mapping[str, tuple[float, float]] | None = None,
-    rng: int = 1,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    overwrite: bool = False,
-    progress: bool = False,
+
+def summary(
+    found: Calibration, folder: Path | None = None, *, reported: bool = True
 ) -> CalibrationSummary:
-    """Calibrate contact parameters on a bench: values with intervals, and what the
-    bench leaves open.
-
-    bench: its folder, or what `measure` found on it: no recording is then read again.
-    out: folder for result.json, tables, report and finished simulations; only with
-    tables=True may it be left out. tables: calibrate on the simulations in BENCH/tables
-    instead of simulating. quick: fewer repeats and piles, wider intervals. whole_pile:
-    simulate the pile as described, not a slice of it. next_test: simulate rigs that the
-    bench has not recorded, to tell what they would add. rendered: film every run and
-    measure the pictures. method: "posterior", or "surface": piles by a publication's
-    steps (steepest ascent, Box–Behnken, analysis of variance, optimum).
-    ranges: (low, high) in which to look for a seed–seed parameter; priors: (mean, sd)
-    of a parameter known beforehand; both by its name. rng: seed of the random numbers.
-    workers: processes that simulate, else one a core; scheduler: tcp://host:port of a
-    dask scheduler. overwrite: replace a result; finished simulations are kept.
-    progress: shown on stderr.
-
-    A script guards its call by `if __name__ == "__main__":`, because the workers are
-    processes that import it. Raises FileNotFoundError for a bench that is not there;
-    FileExistsError where `out` must not be replaced; ValueError where an option does
-    not fit or nothing can be calibrated; RuntimeError where simulations fail."""
-    if out is None:
-        if not tables:
-            raise ValueError(
-                "calibrate: out names the folder that keeps finished simulations; only"
-                " tables=True needs none"
-            )
-        return _summary(calibrate_tables(recordings_of(bench), seed=rng), None)
-    asked = Asked(
-        recordings_of(bench),
-        Path(out),
-        tables=tables,
-        quick=quick,
-        whole_pile=whole_pile,
-        next_test=next_test,
-        rendered=rendered,
-        method=method,
-        ranges=ranges or {},
-        priors=priors or {},
-        rng=rng,
-        workers=workers,
-        scheduler=scheduler,
-        overwrite=overwrite,
-        quiet=not progress,
-    )
-    found, _ = calibrate_into(asked)
-    return _summary(found, asked.out)
-
-
-def _summary(found: Calibration, folder: Path | None) -> CalibrationSummary:
+    """What a calibration found, as Python shows it."""
     return CalibrationSummary(
-        parameters(found), dict(found.refused), found.findings, folder, found
+        parameters(found), dict(found.refused), found.findings, folder, found, reported
     )
+
+
+def make_room(bench: Path | Observed, out: Path, overwrite: bool) -> None:
+    """Tables of other rigs than this time's would stand beside the new result; runs are
+    kept. Raises what `check_bench` and `check_out` raise."""
+    check_bench(bench, out)
+    there = check_out(out, OURS, "calibration", "result.json", overwrite)
+    if "result.json" in there:
+        shutil.rmtree(out / "tables", ignore_errors=True)
+        for name in ("result.json", WORKBOOK):
+            (out / name).unlink(missing_ok=True)
+
+
+def written(found: Calibration, out: Path) -> CalibrationSummary:
+    """Write a calibration into `out`."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_result(found, out)
+    write_workbook(out / WORKBOOK, sheets(found))
+    return summary(found, out, reported=report(found, out))
+
+
+def report(found: Calibration, out: Path) -> bool:
+    """Write the report; a fault of ours in drawing it costs neither the results nor a
+    simulation."""
+    out.mkdir(parents=True, exist_ok=True)
+    if found.finished:
+        kept = f"the numbers are in {out / 'result.json'}"
+    else:
+        kept = "the calibration goes on"
+    return reported(lambda: write_page(out, render(found)), kept, "calibrate")
+
+
+@contextmanager
+def stages(
+    quiet: bool,
+) -> Iterator[tuple[Callable[[str], None], Callable[[object], None]]]:
+    """Two functions: one takes the name of every stage, one the campaign's progress."""
+    stage = ""
+    with progress_line(quiet) as update:
+
+        def begin(text: str) -> None:
+            nonlocal stage
+            stage = text
+            update(text)
+            if not (quiet or sys.stderr.isatty()):  # where nothing moves
+                print(text, file=sys.stderr)
+
+        yield begin, lambda state: update(f"{stage}: {state}")
+
+
+def _show(c: Calibration, out: Path, reported: bool) -> None:
+    """The answer in the terminal, and where to look."""
+    console = Terminal()
+    show_parameters(console, parameters(c).to_dict("records"))
+    # columns and keys as the files have them
+    refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
+    shape = verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
+    lines = [
+        *(line for line in c.findings if line not in c.refused.values()),
+        *(*c.flags, *c.options.get("said", []), *shape),
+    ]
+    lines += [
+        f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}"
+        for r in c.not_following.itertuples()
+    ]
+    if c.joint is not None:
+        lines += [*ties_in_words(c.joint.ties), *in_words(c.joint.next_tests)]
+    left = f"report: {out / PAGE}" if reported else f"tables: {out / 'tables'}"
+    print_lines(console, *refused, *map(words, lines), left)
+
+
+def show_parameters(console: Terminal, rows: list[dict[str, Any]]) -> None:
+    """A line a parameter. rows: as `parameters` has them."""
+    shown = Table(box=None, pad_edge=False)
+    for heading in ("parameter", "median (95 % interval)", "most probable set", ""):
+        shown.add_column(heading)
+    for row in rows:
+        ends = row["low"], row["high"]
+        shown.add_row(
+            draw.name(row["parameter"]),
+            with_interval(row["value"], *ends),
+            beside_interval(row["most_probable_set"], *ends),
+            in_status(row["status"], row["remark"]),
+        )
+    console.print(shown)
 
 
 def folder_of(calibrated: str | Path | CalibrationSummary) -> Path:

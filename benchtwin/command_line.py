@@ -1,5 +1,6 @@
 """The command line: its commands, and what is set up before one runs."""
 
+import inspect
 import io
 import os
 import signal
@@ -8,47 +9,153 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
+from benchtwin.bench.exits import DONE, FAILED, MISUSED, Misuse, say
 from benchtwin.bench.outlets import plain
 from benchtwin.bench.terminal import gated
 from benchtwin.bench.whole_file import own_folder
 from benchtwin.blas import one_thread_for_this_process
 from benchtwin.options import said
 
+Errors = tuple[type[Exception], ...]
+
+REQUIRED = inspect.Parameter.empty
+MISUSES: Errors = (FileNotFoundError, FileExistsError, Misuse)
+FAILURES: Errors = (ValueError, RuntimeError)
+GOES_ON = "the same command goes on where it stopped ({out})"
+NOTHING = "nothing was written"
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-COMMANDS: dict[str, Callable[..., None]] = {  # in the order of the help
-    "measure": recordings.measure,
-    "import": recordings.import_,
-    "board": recordings.board,
-    "shape": recordings.shape,
-    "clump": recordings.clump,
-    "simulate": simulations.simulate,
-    "calibrate": simulations.calibrate,
-    "predict": simulations.predict,
-    "compare-engines": simulations.compare_engines,
-    "diagnose": simulations.diagnose,
-    "seeds": recordings.seeds,
-    "export": simulations.export,
-    "pdf": recordings.pdf,
-    "pack": recordings.pack,
-    "unpack": recordings.unpack,
-    "prove": simulations.prove,
-    "new": recordings.new,
-    "page": recordings.page,
-}
-for name, command in COMMANDS.items():
-    app.command(name)(command)
+COMMANDS: dict[str, Callable[..., None]] = {}  # in the order of the help
+
+
+def exit_code(
+    verb: str,
+    out: object,
+    work: Callable[[], int],
+    *,
+    stopped: str = GOES_ON,
+    misuses: Errors = MISUSES,
+    failures: Errors = FAILURES,
+) -> int:
+    """The exit code of `work`; an error that it raises is printed in one line, one of
+    the system's with its file.
+
+    misuses, failures: errors of what was typed, and of what came of it; others are
+    faults of ours."""
+
+    def words(error: Exception) -> object:
+        if isinstance(error, OSError) and error.strerror:
+            return f"{error.filename or out}: {error.strerror}"
+        return error
+
+    wrong: Errors = (*failures, OSError)
+    try:
+        return work()
+    except KeyboardInterrupt:
+        return say(verb, f"stopped; {stopped.format(out=out)}", FAILED)
+    except misuses as error:
+        return say(verb, words(error), MISUSED)
+    except wrong as error:
+        return say(verb, words(error), FAILED)
+
+
+def _add(
+    name: str,
+    function: Callable[..., Any],
+    *,
+    stopped: str = GOES_ON,
+    misuses: Errors | Callable[[], Errors] = MISUSES,
+    failures: Errors = FAILURES,
+    **defaults: object,
+) -> None:
+    """Make a function a command: its options are those of the signature, its help the
+    docstring up to a form feed; what it returns is printed, an error becomes a line.
+
+    stopped: said of what an interrupt leaves; misuses, failures: as `exit_code` has
+    them; defaults: of options, where the command line has others than Python."""
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def command(**options: Any) -> None:
+        def work() -> int:
+            found = function(**options)
+            if found is None or isinstance(found, int):
+                return found or DONE
+            return int(found.tell(quiet=not options.get("progress", True)))
+
+        out = options.get("out") or next(iter(options.values()))
+        wrong = misuses if isinstance(misuses, tuple) else misuses()
+        raise typer.Exit(
+            exit_code(
+                name, out, work, stopped=stopped, misuses=wrong, failures=failures
+            )
+        )
+
+    command.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=[
+            p.replace(default=defaults.get(p.name, p.default))
+            for p in signature.parameters.values()
+        ],
+        return_annotation=None,
+    )
+    command.__annotations__ = {
+        p.name: p.annotation for p in signature.parameters.values()
+    }
+    COMMANDS[name] = app.command(name)(command)
+
+
+def _unreadable() -> Errors:
+    from benchtwin.vision.measurement import MeasurementError  # takes its time to load
+
+    return (MeasurementError, OSError)
+
+
+# the command says what was typed wrongly; any other error is a fault of ours
+ITSELF: Any = {"stopped": NOTHING, "failures": ()}
+
+_add(
+    "measure",
+    recordings.measure,
+    out=REQUIRED,
+    window_pct="20-80",
+    misuses=_unreadable,
+    **ITSELF,
+)
+_add("import", recordings.import_, **ITSELF)
+_add("board", recordings.board, **ITSELF)
+_add("shape", recordings.shape, **ITSELF)
+_add("clump", recordings.clump, **ITSELF)
+_add("simulate", simulations.simulate_and_measure, misuses=(ValueError, OSError))
+_add("calibrate", simulations.calibrate, out=REQUIRED)
+_add("predict", simulations.predict, misuses=(*MISUSES, ValueError))
+_add("compare-engines", simulations.compare, misuses=(ValueError, FileExistsError))
+_add(
+    "diagnose",
+    simulations.diagnose,
+    out=REQUIRED,
+    stopped="no diagnosis was written to {out}",
+    failures=(),
+)
+_add("seeds", recordings.seeds, misuses=(ValueError,))
+_add("export", simulations.export, misuses=(*MISUSES, ValueError))
+_add("pdf", recordings.pdf, stopped=NOTHING, misuses=(Misuse,))
+_add("pack", recordings.pack, stopped=NOTHING)
+_add("unpack", recordings.unpack, stopped=NOTHING)
+_add("prove", simulations.prove, **ITSELF)
+_add("new", recordings.new, misuses=_unreadable)
+_add("page", recordings.page, **ITSELF)
 
 
 def _version(asked: bool) -> None:

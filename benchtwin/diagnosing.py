@@ -1,6 +1,8 @@
-"""`benchtwin.diagnose`: a bench folder → what physics the twin leaves out, and how sure
-that is."""
+"""What `benchtwin.diagnose` finds: what physics the twin leaves out, and how sure that
+is."""
 
+import json
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -10,13 +12,21 @@ import pandas as pd
 from plotly.graph_objects import Figure
 
 from benchtwin import shown
-from benchtwin.blas import on_one_blas_thread
-from benchtwin.diagnose.bench import Diagnosis, diagnose_bench
+from benchtwin.bench.exits import DONE, FAILED, Misuse, say
+from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.terminal import Terminal
+from benchtwin.bench.whole_file import write_whole
+from benchtwin.diagnose.bench import Diagnosis, Say
+from benchtwin.diagnose.rerun import resimulate_all
 from benchtwin.diagnose.words import lines
-from benchtwin.diagnose_command import RIG_NAMES, Asked, diagnose_into
-from benchtwin.measuring import Bench, recordings_of
+from benchtwin.report.diagnosis import render
 from benchtwin.report.draw import BLUE, RED
+from benchtwin.report.template import PAGE, PRINTED, write_page
+from benchtwin.twin.bench_folder import Observed
+from benchtwin.twin.command import check_bench, check_out, print_lines, reported
 
+OURS = {"diagnosis.json", PAGE, PRINTED, "twin"}  # what a diagnosis leaves
+RIG_NAMES = tuple(rig.name for rig in RIGS.values() if rig.diagnose)
 VERDICTS = [
     "rig",
     "verdict",
@@ -39,8 +49,8 @@ class DiagnosisSummary:
     deviation, and what to record next. effects: a row an effect that may be missing,
     with its probability and its size in `unit`, NaN where it has none. not_diagnosed:
     rigs without a verdict, and why. in_words: the lines that the command prints.
-    folder: where files were written, None where none were. details: every fit; its
-    fields may change between versions."""
+    folder: where files were written, None where none were; reported: whether the report
+    could be drawn. details: every fit; its fields may change between versions."""
 
     verdicts: pd.DataFrame
     effects: pd.DataFrame
@@ -48,6 +58,7 @@ class DiagnosisSummary:
     in_words: tuple[str, ...]
     folder: Path | None
     details: Diagnosis = field(repr=False)
+    reported: bool = True
 
     def plot(self) -> Figure:
         """A panel a rig: the probability of each effect that may be missing; red are
@@ -78,44 +89,57 @@ class DiagnosisSummary:
             "What the recordings show beyond the model", cells, self.in_words
         )
 
+    def tell(self, *, quiet: bool) -> int:
+        """Print this as the command does, and return its exit code."""
+        out, found = self.folder or Path(), not self.verdicts.empty
+        if not found:
+            nothing = f"nothing could be diagnosed in {self.details.folder}"
+            for line in (*self.in_words, nothing):
+                say("diagnose", line, FAILED)
+        elif not quiet:
+            report = out / (PAGE if self.reported else "diagnosis.json")
+            print_lines(Terminal(), *self.in_words, f"report: {report}")
+        return DONE if found and self.reported else FAILED
 
-@on_one_blas_thread
-def diagnose(
-    bench: Bench,
-    *,
-    out: str | Path | None = None,
-    rigs: Sequence[str] = (),
-    twin: bool = True,
-    quick: bool = False,
-    rng: int = 1,
-    overwrite: bool = False,
-    progress: bool = False,
-) -> DiagnosisSummary:
-    """Diagnose where recordings and simulation differ: where, and which physics was
-    left out.
 
-    bench: its folder, or what `measure` found on it: no recording is then read again.
-    out: folder for diagnosis.json, report and the twin's new runs, none of them without
-    it; twin: run the twin again with what was found; quick: its tracks only, no
-    pictures. rigs: only these of drop, slide, roll and pile. rng: seed of the random
-    numbers. overwrite: replace a diagnosis. progress: shown on stderr.
-
-    Raises FileNotFoundError for a bench that is not there; FileExistsError where `out`
-    must not be replaced; ValueError for an unknown rig. A rig that cannot be diagnosed
-    raises nothing: `not_diagnosed` says why."""
+def known(rigs: Sequence[str]) -> tuple[str, ...]:
+    """The rigs asked for; Misuse for one that is not there."""
     if wrong := [rig for rig in rigs if rig not in RIG_NAMES]:
-        raise ValueError(f"rigs: no rig {wrong[0]!r}; there are {', '.join(RIG_NAMES)}")
-    recordings = recordings_of(bench)
-    if out is None:
-        return _summary(diagnose_bench(recordings, seed=rng, only=tuple(rigs)), None)
-    asked = Asked(
-        recordings, Path(out), tuple(rigs), rng, twin, quick, overwrite, not progress
+        raise Misuse(f"--rig {wrong[0]}: no such rig; there are {', '.join(RIG_NAMES)}")
+    return tuple(rigs)
+
+
+def check(bench: Path | Observed, out: Path, *, overwrite: bool) -> None:
+    """FileNotFoundError without a bench folder; FileExistsError where `out` holds
+    something that must not be replaced."""
+    check_bench(bench, out)
+    check_out(out, OURS, "diagnosis", "diagnosis.json", overwrite)
+
+
+def modelled(found: Diagnosis, out: Path, *, pictures: bool, say: Say) -> Diagnosis:
+    """Run the simulation again with what was found; failures become notes."""
+    shutil.rmtree(out / "twin", ignore_errors=True)  # films of an older diagnosis
+    again: Diagnosis = resimulate_all(found, out / "twin", pictures=pictures, say=say)
+    return again
+
+
+def written(found: Diagnosis, out: Path) -> DiagnosisSummary:
+    """Write a diagnosis and its report into `out`; a fault in drawing the report is one
+    line, and the verdict stays."""
+    out.mkdir(parents=True, exist_ok=True)
+    file = out / "diagnosis.json"
+    for name in (file.name, PAGE, PRINTED):  # of an older one
+        (out / name).unlink(missing_ok=True)
+    write_whole(file, json.dumps(found.to_json(), indent=1, allow_nan=False))
+    drawn = reported(
+        lambda: write_page(out, render(found)), f"the verdict is in {file}", "diagnose"
     )
-    found, _ = diagnose_into(asked)
-    return _summary(found, asked.out)
+    return summary(found, out, reported=drawn)
 
 
-def _summary(found: Diagnosis, folder: Path | None) -> DiagnosisSummary:
+def summary(
+    found: Diagnosis, folder: Path | None = None, *, reported: bool = True
+) -> DiagnosisSummary:
     """Read off what stands in diagnosis.json, so that file and summary cannot
     differ."""
     rigs = found.to_json()["rigs"]
@@ -143,4 +167,5 @@ def _summary(found: Diagnosis, folder: Path | None) -> DiagnosisSummary:
         tuple(lines(found)),
         folder,
         found,
+        reported,
     )

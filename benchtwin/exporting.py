@@ -1,11 +1,11 @@
-"""`benchtwin.export`: calibrated parameters as another DEM engine takes them."""
+"""What `benchtwin.export` writes: calibrated parameters as another DEM engine takes
+them."""
 
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 
-from benchtwin.calibrate.export_command import cards_for, write_cards
-from benchtwin.calibrating import CalibrationSummary, folder_of
+from benchtwin.bench.exits import DONE
 
 
 @dataclass(frozen=True)
@@ -23,25 +23,8 @@ class Cards:
         )
         return f"<p><b>{escape(self.engine)}</b></p>{files}"
 
-
-def export(
-    result: str | Path | CalibrationSummary,
-    engine: str,
-    *,
-    out: str | Path | None = None,
-    overwrite: bool = False,
-) -> Cards:
-    """Write calibrated parameters as an engine takes them, in its own conventions.
-
-    result: what `calibrate` found, or the folder that it wrote. engine: "lammps",
-    "liggghts", "yade", "edem" or "mercury". out: where to, else RESULT/export/ENGINE;
-    overwrite: replace cards that are there.
-
-    Raises FileNotFoundError for a folder without result.json; FileExistsError where a
-    card must not be replaced; ValueError for an unknown engine, or a result that lacks
-    a number."""
-    calibrated = folder_of(result)
-    folder = calibrated / "export" / engine if out is None else Path(out)
-    texts = cards_for(calibrated, engine, folder, overwrite)
-    write_cards(texts, folder)
-    return Cards(engine, folder, texts)
+    def tell(self, *, quiet: bool) -> int:
+        """Print this as the command does, and return its exit code."""
+        if not quiet:
+            print(*(self.folder / name for name in self.texts), sep="\n")
+        return DONE

@@ -1,8 +1,7 @@
-"""`benchtwin.measure`: recordings → quantities with standard deviations, as tables."""
+"""What `benchtwin.measure` finds: quantities with standard deviations, as tables."""
 
-import os
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -11,19 +10,15 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.bench.conditions import MEASURED
+from benchtwin.bench.exits import DONE, FAILED, say
 from benchtwin.bench.numbers import plus_minus
-from benchtwin.blas import on_one_blas_thread
-from benchtwin.measure import batch
-from benchtwin.measure.observed import Observed, PackedPictures
+from benchtwin.measure.observed import Observed
 from benchtwin.report import draw
-from benchtwin.rigs.pile.observe import LEAST_WINDOW
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.pile.repose import PileOptions
-from benchtwin.vision.results import Results, row_of
+from benchtwin.vision.results import measured_anything, row_of
 from benchtwin.vision.summary import as_table, summarise
-
-Paths = str | Path | Sequence[str | Path]
+from benchtwin.vision.terminal import show_results
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +27,20 @@ class Measurements:
     in the place of the bench's folder, and read no recording again.
 
     observations: one a recording, with its track, bounces and readings as tables, and
-    pictures of what was found. notes: (recording, note) of what was assumed or left
-    out. folder: where files were written, None where none were. observed: the
-    recordings themselves; its fields may change between versions."""
+    pictures of what was found. folder: where files were written, None where none were;
+    unread: notes on files that benchtwin does not read. observed: the recordings
+    themselves; its fields may change between versions."""
 
     observations: tuple[Observation, ...] = field(repr=False)
     observed: Observed = field(repr=False)
-    notes: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     folder: Path | None = None
+    unread: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+
+    @property
+    def notes(self) -> tuple[tuple[str, str], ...]:
+        """(recording, note) of what was assumed or left out."""
+        own = ((o.recording, note) for o in self.observations for note in o.notes)
+        return (*self.unread, *own)
 
     @property
     def quantities(self) -> pd.DataFrame:
@@ -85,9 +86,15 @@ class Measurements:
         for (_, rows), place in zip(groups, places, strict=True):
             colour = [shown.COLOURS[quality] for quality in rows["quality"]]
             reach = 1.96 * rows["sd"].fillna(0.0)
-            across, up, text = rows["recording"], rows["value"], rows["reason"]
-            trace = shown.points(across, up, reach, colour=colour, text=text)
-            figure.add_trace(trace, **place)
+            figure.add_scatter(
+                x=rows["recording"].map(escape),
+                y=rows["value"],
+                error_y={"array": reach, "color": draw.GREY},
+                text=rows["reason"].map(escape),
+                mode="markers",
+                marker={"size": 8, "color": colour},
+                **place,
+            )
         return figure
 
     def _repr_html_(self) -> str:
@@ -107,82 +114,29 @@ class Measurements:
         )
         return shown.html(f"{len(self.observations)} recordings", cells)
 
+    def tell(self, *, quiet: bool) -> int:
+        """Print this as the command does, and return its exit code."""
+        table, out = self.quantities, self.folder or Path()
+        found = measured_anything(table)
+        if not quiet:
+            means = summarise(self.observations)
+            show_results(table, means, self.notes, self.unread, out)
+        elif not found:
+            why = f"the reasons are in {out / 'measurements.csv'}"
+            say("measure", f"nothing could be measured; {why}", FAILED)
+        return DONE if found else FAILED
 
-Bench = str | Path | Measurements  # what may be calibrated, diagnosed or audited
 
-
-def recordings_of(bench: Bench) -> Path | Observed:
+def recordings_of(bench: str | Path | Measurements) -> Path | Observed:
     """The recordings of a bench: those measured before, or the folder that holds
     them."""
     return bench.observed if isinstance(bench, Measurements) else Path(bench)
 
 
-@on_one_blas_thread
-def measure(
-    paths: Paths,
-    *,
-    out: str | Path | None = None,
-    overwrite: bool = False,
-    window_pct: tuple[float, float] = (20.0, 80.0),
-    region_px: tuple[int, int, int, int] | None = None,
-    baseline_px: tuple[float, float, float, float] | None = None,
-    trim: bool = False,
-) -> Measurements:
-    """Measure photos, films, sound and tables: one path or several, each a file, a
-    recording or a bench folder.
+def fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
+    """Two heights in % as shares; MeasurementError where no line fits between them."""
+    from benchtwin.rigs.pile.observe import LEAST_WINDOW  # brings optimisers
 
-    out: folder for the files that `benchtwin measure` writes (tables, tracks, pictures
-    of what was found), none without it; overwrite: replace results that are there. Of
-    piles: window_pct, heights in % of the crest's between which the line is fitted;
-    region_px (x, y, width, height), where to look; baseline_px (x1, y1, x2, y2), the
-    plate's line, y down. trim: of readings leave out one highest and one lowest.
-
-    A recording that cannot be measured stands in the tables with its reason. Raises
-    FileNotFoundError for a path that is not there; MeasurementError for a window below
-    a tenth of the crest's height, or where `out` must not be replaced."""
-    chosen = [
-        Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)
-    ]
-    if missing := [path for path in chosen if not path.exists()]:
-        raise FileNotFoundError(f"{missing[0]}: no such file or folder")
-    options = PileOptions(_fractions(window_pct), region_px, baseline_px)
-    entries = tuple(batch.find_all(chosen))
-    observed = Observed(_folder_of(chosen), entries, options, trim)
-    results = None if out is None else Results(Path(out), chosen, overwrite)
-    unread = batch.unread_notes(chosen, list(entries))
-    kept = []
-    try:
-        for observation in batch.measure_each(entries, observed.observe):
-            if results is not None:
-                results.add(observation)
-            kept.append(_packed(observation))
-        if results is not None:
-            results.notes += unread
-            results.finish()
-    finally:
-        if results is not None:
-            results.abandon()
-    notes = (*unread, *((o.recording, note) for o in kept for note in o.notes))
-    return Measurements(
-        tuple(kept), observed, notes, None if out is None else Path(out)
-    )
-
-
-def _packed(observation: Observation) -> Observation:
-    """Megabytes a recording become a tenth; those kept by an `Observed` are packed."""
-    if isinstance(observation.pictures, PackedPictures):
-        return observation
-    return replace(observation, pictures=PackedPictures(observation.pictures))
-
-
-def _folder_of(paths: Sequence[Path]) -> Path:
-    """The one path, or the folder that holds all of them."""
-    if len(paths) == 1:
-        return paths[0]
-    return Path(os.path.commonpath([path.resolve() for path in paths] or [Path.cwd()]))
-
-
-def _fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
     low, high = (share / 100 for share in window_pct)
     if not 0 <= low < high <= 1 or high - low < LEAST_WINDOW:
         raise MeasurementError(

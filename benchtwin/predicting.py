@@ -1,6 +1,5 @@
-"""`benchtwin.predict`: a calibration → what another system shows, with intervals."""
+"""What `benchtwin.predict` finds: what another system shows, with intervals."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -8,8 +7,8 @@ import pandas as pd
 from plotly.graph_objects import Figure
 
 from benchtwin import shown
-from benchtwin.blas import on_one_blas_thread
-from benchtwin.calibrate.predict_command import Asked, predict_into
+from benchtwin.bench.exits import DONE
+from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.predict import (
     QUANTITIES,
     Prediction,
@@ -17,8 +16,7 @@ from benchtwin.calibrate.prediction.predict import (
     rows,
     sign,
 )
-from benchtwin.calibrating import CalibrationSummary, folder_of
-from benchtwin.measuring import Bench, recordings_of
+from benchtwin.calibrate.prediction.written import notes, show
 from benchtwin.report.draw import BLUE, GREY, RED
 
 
@@ -50,14 +48,14 @@ class PredictionSummary:
         recorded = self.beside.set_index("quantity")["measured"]
         for row, place in zip(table.itertuples(), places, strict=True):
             runs = self.runs[row.quantity].dropna()
-            drawn = shown.points(["runs"] * len(runs), runs, colour=GREY)
-            figure.add_trace(drawn, **place)
-            mean = shown.points(["predicted"], [row.mean], [row.high - row.mean])
-            figure.add_trace(mean, **place)
+            reach = [row.high - row.mean]
+            points = [("runs", runs, [], GREY), ("predicted", [row.mean], reach, BLUE)]
             if row.quantity in recorded:
-                seen = shown.points(["recorded"], [recorded[row.quantity]], colour=RED)
-                figure.add_trace(seen, **place)
-        figure.update_traces(error_y_color=BLUE)
+                points.append(("recorded", [recorded[row.quantity]], [], RED))
+            for name, values, half, colour in points:
+                at = {"x": [name] * len(values), "y": values, "error_y_array": half}
+                look = {"mode": "markers", "marker": {"size": 8, "color": colour}}
+                figure.add_scatter(**at, **look, **place)
         return figure
 
     def _repr_html_(self) -> str:
@@ -68,65 +66,20 @@ class PredictionSummary:
         said = [*self.beside["said"], *self.notes]
         return shown.html(f"Predicted {self.details.rig}", cells, said)
 
+    def tell(self, *, quiet: bool) -> int:
+        """Print this as the command does, and return its exit code."""
+        if not quiet:
+            show(self.details, [*self.beside["said"], *self.notes], self.folder)
+        return DONE
+
 
 BESIDE = ["quantity", "measured", "n", "predicted", "low", "high", "z", "said"]
 
 
-@on_one_blas_thread
-def predict(
-    calibrated: str | Path | CalibrationSummary,
-    rig: str,
-    *,
-    out: str | Path,
-    beside: Bench | None = None,
-    settings: Mapping[str, object] | None = None,
-    like: str | Path | None = None,
-    draws: int = 12,
-    packings: int = 4,
-    rendered: bool = False,
-    rng: int = 1,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    overwrite: bool = False,
-    progress: bool = False,
+def summary(
+    found: Prediction, seen: Measured | None, compared: list[Comparison], folder: Path
 ) -> PredictionSummary:
-    """Predict another system from calibrated parameters; beside recordings of it, say
-    whether they agree.
-
-    calibrated: what `calibrate` found, or the folder that it wrote. rig: "pile",
-    "cylinder" (a heap left by a lifted cylinder), "drum", "drawdown" or "bed". out:
-    folder for the prediction and its finished runs. beside: recordings of that rig: a
-    bench folder, or what `measure` found on it. settings: keys of recording.toml by
-    their dotted names, {"drum.speed_rpm": 20.0}; like: a recording whose rig and seed
-    to copy. draws: sets of parameters from the posterior, a run each; packings: runs at
-    its mean. rendered: film every run and measure the pictures. rng, workers,
-    scheduler, overwrite, progress: as `calibrate` takes them.
-
-    Raises FileNotFoundError for a calibration that is not there; FileExistsError where
-    `out` must not be replaced; ValueError for what does not fit; RuntimeError where
-    runs fail."""
-    asked = Asked(
-        folder_of(calibrated),
-        rig,
-        Path(out),
-        beside=None if beside is None else recordings_of(beside),
-        like=None if like is None else Path(like),
-        settings=settings or {},
-        draws=draws,
-        packings=packings,
-        rendered=rendered,
-        rng=rng,
-        workers=workers,
-        scheduler=scheduler,
-        overwrite=overwrite,
-        quiet=not progress,
-    )
-    found, seen, compared = predict_into(asked)
-    return PredictionSummary(
-        rows(found),
-        pd.DataFrame([vars(one) for one in compared], columns=BESIDE),
-        found.runs,
-        (*found.notes, *(seen.notes if seen else ())),
-        asked.out,
-        found,
-    )
+    """What a prediction found, as Python shows it."""
+    beside = pd.DataFrame([vars(one) for one in compared], columns=BESIDE)
+    said = tuple(notes(found, seen))
+    return PredictionSummary(rows(found), beside, found.runs, said, folder, found)

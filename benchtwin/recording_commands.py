@@ -1,34 +1,70 @@
-"""Commands on recordings and benches: one short function a command, heavy imports
+"""Commands on recordings and benches, each a function, with its heavy imports
 inside."""
 
-import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-from typer import Exit
+from benchtwin.bench.exits import DONE, FAILED
+from benchtwin.blas import on_one_blas_thread
+from benchtwin.options import (
+    Line,
+    Paths,
+    Place,
+    Progress,
+    Quiet,
+    Region,
+    Window,
+    given,
+    line_of,
+    region_of,
+    said,
+    window_of,
+)
 
-from benchtwin.options import Quiet, given, said
+if TYPE_CHECKING:
+    from benchtwin.measuring import Measurements
 
 
+@on_one_blas_thread
 def measure(
     paths: Annotated[
-        list[Path],
+        Paths,
         given("Photos, folders of photos, recordings, bench folders, in any mix."),
     ],
+    *,
     out: Annotated[
-        Path,
+        Place | None,
         said(
             "Folder for measurements.csv, summary.csv, overlays/, tracks/, bounces.csv."
         ),
-    ],
-    window: Annotated[
-        str,
-        said("Piles: heights, in % of the crest's, between which the line is fitted."),
-    ] = "20-80",
-    roi: Annotated[str, said("Piles: look only at X,Y,WIDTH,HEIGHT (px).")] = "",
-    baseline: Annotated[
-        str, said("Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down).")
-    ] = "",
+    ] = None,
+    window_pct: Annotated[
+        Window,
+        said(
+            "Piles: heights, in % of the crest's, between which the line is fitted.",
+            "--window",
+            parser=window_of,
+            metavar="<str>",
+        ),
+    ] = (20.0, 80.0),
+    region_px: Annotated[
+        Region | None,
+        said(
+            "Piles: look only at X,Y,WIDTH,HEIGHT (px).",
+            "--roi",
+            parser=region_of,
+            metavar="<str>",
+        ),
+    ] = None,
+    baseline_px: Annotated[
+        Line | None,
+        said(
+            "Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down).",
+            "--baseline",
+            parser=line_of,
+            metavar="<str>",
+        ),
+    ] = None,
     trim: Annotated[
         bool, said("Readings: leave out one highest and one lowest, as the paper does.")
     ] = False,
@@ -37,17 +73,46 @@ def measure(
         said("The photos show spread seeds: measure the length and width of each."),
     ] = False,
     overwrite: Annotated[bool, said("Replace an existing --out.")] = False,
-    quiet: Quiet = False,
-) -> None:
+    progress: Progress = False,
+) -> "Measurements":
     """Measure recordings: angles of repose, restitution, friction, each with its
     standard deviation and a picture.
 
     Exit code 0: something was measured; 1: nothing could be; 2: the command was
-    misused."""
-    asked = locals()
-    from benchtwin.measure.command import measure_command
+    misused.
+    \f
+    paths: one path or several, each a file, a recording or a bench folder. out: folder
+    for the files that the command writes (tables, tracks, pictures of what was found),
+    none without it; overwrite: replace results that are there. Of piles: window_pct,
+    heights in % of the crest's between which the line is fitted; region_px (x, y,
+    width, height), where to look; baseline_px (x1, y1, x2, y2), the plate's line, y
+    down. trim: of readings leave out one highest and one lowest. seeds: the photos show
+    spread seeds, whose lengths and widths are measured. progress: shown on stderr.
 
-    raise Exit(measure_command(**asked))
+    A recording that cannot be measured stands in the tables with its reason. Raises
+    FileNotFoundError for a path that is not there; MeasurementError for a window below
+    a tenth of the crest's height, or where `out` must not be replaced; OSError where it
+    cannot be written."""
+    from benchtwin.measure.measured import (
+        existing,
+        measured,
+        observed_under,
+        results_in,
+    )
+    from benchtwin.measuring import Measurements, fractions
+    from benchtwin.vision.pile.repose import PileOptions
+
+    options = PileOptions(fractions(window_pct), region_px, baseline_px)
+    chosen = existing(paths)
+    observed, unread = observed_under(chosen, options, trim)
+    kept = []
+    with results_in(out, chosen, unread, overwrite) as add:
+        for observation in measured(observed, seeds=seeds, progress=progress):
+            add(observation)
+            kept.append(observation)
+    return Measurements(
+        tuple(kept), observed, None if out is None else Path(out), unread
+    )
 
 
 def import_(
@@ -79,7 +144,7 @@ def import_(
         bool, said("Replace a bench that this command wrote.")
     ] = False,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Import files of other tools as a bench folder: what they hold, every guess
     marked, everything unknown as a question.
 
@@ -87,7 +152,7 @@ def import_(
     the command was misused."""
     from benchtwin.vision.import_command import import_command
 
-    raise Exit(import_command(files, out, rig, track, overwrite, quiet))
+    return import_command(files, out, rig, track, overwrite, quiet)
 
 
 def shape(
@@ -114,29 +179,38 @@ def shape(
     scanner: Annotated[bool, said("Scanned from above: no perspective.")] = False,
     overwrite: Annotated[bool, said("Replace a lot that this command wrote.")] = False,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Measure the shapes of a lot of seeds: sizes and outlines, one by one, for
     simulations that use them ([seed] lot).
 
     Exit code 0: measured; 1: no whole seed was found; 2: the command was misused.
     """
-    asked = locals()
     from benchtwin.vision.shape.command import shape_command
 
-    raise Exit(shape_command(**asked))
+    return shape_command(
+        photos,
+        out,
+        side,
+        mm_per_px=mm_per_px,
+        mm_per_px_sd=mm_per_px_sd,
+        distance_mm=distance_mm,
+        scanner=scanner,
+        overwrite=overwrite,
+        quiet=quiet,
+    )
 
 
 def board(
     out: Annotated[Path, said("PDF or PNG to be written.")],
     size: Annotated[str, said("Paper: A4, A5 or A6.")] = "A5",
-) -> None:
+) -> int:
     """Make a board to print: wherever a picture or film shows it, scale, level and the
     camera's pitch are read from it, and nothing of them need be stated.
 
     Exit code 0: written; 2: the command was misused."""
     from benchtwin.vision.board.command import board_command
 
-    raise Exit(board_command(out, size))
+    return board_command(out, size)
 
 
 def clump(
@@ -165,16 +239,25 @@ def clump(
     ] = 1000.0,
     overwrite: Annotated[bool, said("Replace a clump that is there.")] = False,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Fill a seed's true shape with overlapping balls, for LAMMPS, LIGGGHTS, YADE and
     EDEM; mass and inertia are the shape's.
 
     Exit code 0: written; 2: the command was misused, or the file is no closed shape.
     """
-    asked = locals()
     from benchtwin.sim.seed.clump_command import clump_command
 
-    raise Exit(clump_command(**asked))
+    return clump_command(
+        source,
+        out,
+        spheres=spheres,
+        tolerance=tolerance,
+        unit=unit,
+        voxel_mm=voxel_mm,
+        density_kg_m3=density_kg_m3,
+        overwrite=overwrite,
+        quiet=quiet,
+    )
 
 
 def seeds(
@@ -189,12 +272,7 @@ def seeds(
     """
     from benchtwin.bench.seed_kinds import kinds, known
 
-    try:
-        chosen = [known(kind)] if kind else list(kinds())
-    except ValueError as error:
-        print(f"benchtwin seeds: {error}", file=sys.stderr)
-        raise Exit(2) from error
-    for name in chosen:
+    for name in [known(kind)] if kind else kinds():
         print(name, *(f"  {entry}" for entry in kinds()[name]), sep="\n")
 
 
@@ -206,17 +284,12 @@ def new(
 
     Exit code 0: made; 2: it is there already, or cannot be written.
     """
-    from benchtwin.vision.measurement import MeasurementError
     from benchtwin.vision.new_bench import new_bench
 
-    try:
-        print(
-            f"{new_bench(bench)}: say there what is known, and put recordings beside it"
-            f" (benchtwin page {bench} helps with both)"
-        )
-    except (MeasurementError, OSError) as error:
-        print(f"benchtwin new: {error}", file=sys.stderr)
-        raise Exit(2) from error
+    print(
+        f"{new_bench(bench)}: say there what is known, and put recordings beside it"
+        f" (benchtwin page {bench} helps with both)"
+    )
 
 
 def page(
@@ -231,9 +304,9 @@ def page(
 
     Exit code 0: ended with Ctrl+C; 2: the folder or the port cannot be used.
     """
-    from benchtwin.page.command import page_command
+    from benchtwin.page.command import page
 
-    raise Exit(page_command(folder, port, browser))
+    page(folder, port, browser)
 
 
 def pdf(
@@ -249,9 +322,13 @@ def pdf(
 
     Exit code 0: printed; 1: it cannot be; 2: there is no report.
     """
-    from benchtwin.report.pdf import pdf_command
+    from benchtwin.report.pdf import page_of, print_pdf
 
-    raise Exit(pdf_command(results, out, quiet))
+    report = page_of(results)
+    to = out or report.with_suffix(".pdf")
+    print_pdf(report, to)
+    if not quiet:
+        print(to)
 
 
 def pack(
@@ -271,21 +348,26 @@ def pack(
 
     Exit code 0: packed; 1: it cannot be written; 2: the command was misused.
     """
-    from benchtwin.report.archive.commands import pack_command
+    from benchtwin.report.archive.pack import pack
 
-    raise Exit(pack_command(bench, results or [], out, runs, quiet))
+    packed = pack(bench, results or [], out, runs)
+    if not quiet:
+        print(*packed.in_words(out), sep="\n")
 
 
 def unpack(
     packed: Annotated[Path, given("What `benchtwin pack` made: a folder or a zip.")],
     out: Annotated[Path | None, said("Folder to copy it to; else only check.")] = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Check a pack, file by file, and copy it into a folder.
 
     Exit code 0: every file is as it was packed; 1: some are not, or it cannot be
     written; 2: it is no pack, or of a newer format.
     """
-    from benchtwin.report.archive.commands import unpack_command
+    from benchtwin.report.archive.unpack import unpack
 
-    raise Exit(unpack_command(packed, out, quiet))
+    opened = unpack(packed, out)
+    if not (quiet and opened.whole):
+        print(*opened.in_words(), sep="\n")
+    return DONE if opened.whole else FAILED

@@ -3,13 +3,12 @@
 import math
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Any
 
 import pandas as pd
 from plotly.graph_objects import Figure
 from plotly.subplots import make_subplots
 
-from benchtwin.report.draw import BLUE, GREY, ORANGE, RED
+from benchtwin.report.draw import BLUE, ORANGE, RED
 
 MOST_ROWS = 60  # of a table in a notebook; the tables themselves hold all
 COLOURS = {"good": BLUE, "doubtful": ORANGE, "failed": RED}
@@ -45,41 +44,3 @@ def panels(
         {"row": 1 + k // columns, "col": 1 + k % columns} for k in range(len(titles))
     ]
     return figure, places
-
-
-def points(
-    x: Iterable[Any],
-    y: Iterable[float],
-    reach: Iterable[float] | None = None,
-    *,
-    colour: str | Sequence[str] = BLUE,
-    text: Iterable[str] = (),
-) -> dict[str, Any]:
-    """Points for plotly with what reaches above and below them; text: shown on
-    hovering."""
-    colours = [colour] if isinstance(colour, str) else list(colour)
-    drawn: dict[str, Any] = {
-        "type": "scatter",
-        "mode": "markers",
-        "x": [escape(v) if isinstance(v, str) else v for v in x],
-        "y": list(y),
-        "marker": {"size": 8, "color": colours[0] if len(colours) == 1 else colours},
-        "text": [escape(line) for line in text],
-    }
-    if reach is not None:
-        drawn["error_y"] = {"type": "data", "array": list(reach), "color": GREY}
-    return drawn
-
-
-def across(
-    low: float, value: float, high: float, name: str, colour: str = BLUE
-) -> list[dict[str, Any]]:
-    """An interval for plotly, lying on its side: from low to high, a diamond at the
-    value."""
-    label = escape(name)
-    bar = {"type": "scatter", "mode": "lines", "x": [low, high], "y": [label, label]}
-    mark = {"type": "scatter", "mode": "markers", "x": [value], "y": [label]}
-    return [
-        bar | {"line": {"color": colour, "width": 5}},
-        mark | {"marker": {"color": RED, "size": 11, "symbol": "diamond"}},
-    ]

@@ -1,29 +1,103 @@
-"""Commands that simulate, and those on their results: one short function a command,
-heavy imports inside."""
+"""Commands that simulate, and those on their results, each a function, with its heavy
+imports inside."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Exit
-
+from benchtwin.bench.terminal import Terminal
+from benchtwin.blas import on_one_blas_thread
 from benchtwin.options import (
+    Bench,
     BenchFolder,
+    Calibrated,
     EngineName,
-    Pair,
+    Names,
+    Pairs,
+    Place,
+    Progress,
     Quiet,
     Ranks,
     Rendered,
     Rng,
+    Rows,
     Scheduler,
     Settings,
+    Values,
     Workers,
     given,
     pair_of,
     said,
 )
+from benchtwin.recording_commands import measure
+
+if TYPE_CHECKING:
+    from benchtwin.calibrating import CalibrationSummary
+    from benchtwin.comparing import EngineComparison
+    from benchtwin.diagnosing import DiagnosisSummary
+    from benchtwin.exporting import Cards
+    from benchtwin.measuring import Measurements
+    from benchtwin.predicting import PredictionSummary
+    from benchtwin.simulating import Simulations
+    from benchtwin.twin.parameters import Parameters
 
 
+@on_one_blas_thread
 def simulate(
+    rig: str,
+    parameters: "Parameters | None" = None,
+    *,
+    out: Place,
+    repeats: int = 1,
+    rng: int = 1,
+    settings: Values | None = None,
+    like: Place | None = None,
+    rendered: bool = False,
+    threads: int = 2,
+    engine: str = "benchtwin",
+    ranks: int = 1,
+    save: str | None = None,
+    start: Place | None = None,
+    progress: bool = False,
+) -> "Simulations":
+    """Simulate a rig into the bench folder `out`, and measure that as if it came from
+    the bench.
+
+    rig: drop, slide, roll, pile, cylinder (a pile from a lifting one), drum (rotating),
+    or a rig of your own. parameters: contact parameters, else those that the soybean
+    paper calibrated. repeats: recordings, each with seeds, placing and packing of its
+    own; rng: seed of the random numbers. settings: keys of recording.toml by their
+    dotted names, {"drop.height_mm": 200.0}. like: a recording whose rig, seed and
+    camera to copy. rendered: film or photograph the run, else its track is written.
+    threads: processor cores for one pile. engine: "benchtwin" or "lammps"; ranks:
+    processes that share one LAMMPS pile. save: "vtkhdf" for state.vtkhdf in each
+    recording, the last state with its contacts; start: such a file, whose heap a pile
+    or cylinder begins with. progress: shown on stderr.
+
+    Called again, it goes on where it was stopped. Raises ValueError for a rig, number
+    or setting that does not fit; FileExistsError where `out` holds other recordings of
+    these names; RuntimeError where a run cannot end."""
+    from benchtwin.simulating import Simulations
+    from benchtwin.twin.engine import Engine
+    from benchtwin.twin.parameters import Parameters
+    from benchtwin.twin.simulate_into import jobs_of, run_jobs
+
+    jobs = jobs_of(
+        rig,
+        parameters or Parameters(),
+        dict(settings or {}),
+        repeats=repeats,
+        rng=rng,
+        like=None if like is None else Path(like),
+        rendered=rendered,
+        engine=Engine(engine, ranks),
+        start=None if start is None else Path(start),
+        save=save,
+    )
+    names = run_jobs(jobs, rig, Path(out), threads, quiet=not progress, save=save)
+    return Simulations(Path(out), names)
+
+
+def simulate_and_measure(
     rig: Annotated[
         str,
         given(
@@ -55,7 +129,7 @@ def simulate(
         said("How many recordings, each with seeds, placing and packing of its own."),
     ] = 1,
     rng: Rng = 1,
-    setting: Settings = [],  # noqa: B006
+    settings: Settings = None,
     like: Annotated[
         Path | None,
         said("A recording.toml whose rig, seed and camera to copy.", "--from"),
@@ -74,18 +148,17 @@ def simulate(
         Path | None,
         said("A .vtkhdf file: the heap that a pile or cylinder begins with."),
     ] = None,
-    quiet: Quiet = False,
-) -> None:
+    progress: Progress = False,
+) -> "Measurements":
     """Simulate a rig, film or photograph it, and measure that as if it came from the
     bench.
 
     What is not given has the value that the soybean paper calibrated. Run again, the
     command goes on where it was stopped. Exit code 0: done and measured; 1: stopped, or
     nothing could be measured; 2: the command was misused."""
-    from benchtwin.measure.command import measure_command
-    from benchtwin.twin.simulate_command import simulate_command
+    from benchtwin.twin.parameters import Parameters
 
-    numbers = {
+    numbers: dict[str, Any] = {
         "restitution": restitution,
         "static_friction": static_friction,
         "rolling_friction": rolling_friction,
@@ -93,36 +166,33 @@ def simulate(
         "seed_static_friction": seed_static_friction,
         "seed_rolling_friction": seed_rolling_friction,
     }
-    code = simulate_command(
+    simulate(
         rig,
-        out,
-        numbers,
+        Parameters(**{name: n for name, n in numbers.items() if n is not None}),
+        out=out,
         repeats=repeats,
         rng=rng,
-        settings=dict(setting),
+        settings=settings,
         like=like,
         rendered=not track,
         threads=threads,
         engine=engine,
         ranks=ranks,
-        quiet=quiet,
         save=save,
         start=start,
+        progress=progress,
     )
-    raise Exit(
-        code
-        or measure_command(
-            [out], out / "measured", "20-80", "", "", False, False, True, quiet
-        )
-    )
+    return measure(out, out=out / "measured", overwrite=True, progress=progress)
 
 
+@on_one_blas_thread
 def calibrate(
     bench: BenchFolder,
+    *,
     out: Annotated[
-        Path,
+        Place | None,
         said("Folder for result.json, tables/, report.html, and the simulated runs."),
-    ],
+    ] = None,
     tables: Annotated[
         bool,
         said("Calibrate on the simulations in BENCH/tables instead of simulating."),
@@ -146,23 +216,23 @@ def calibrate(
         said("posterior; or surface: piles by a publication's steps, Box-Behnken."),
     ] = "posterior",
     ranges: Annotated[
-        list[Pair],
+        Pairs | None,
         said(
             "seed_restitution=0.45:0.70: where to look for it.",
             "--range",
             parser=pair_of,
             metavar="NAME=A:B",
         ),
-    ] = [],  # noqa: B006
+    ] = None,
     priors: Annotated[
-        list[Pair],
+        Pairs | None,
         said(
             "NAME=MEAN:SD of a parameter that is known beforehand.",
             "--prior",
             parser=pair_of,
             metavar="NAME=A:B",
         ),
-    ] = [],  # noqa: B006
+    ] = None,
     rng: Rng = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -171,22 +241,107 @@ def calibrate(
     overwrite: Annotated[
         bool, said("Replace an existing result; finished runs are kept.")
     ] = False,
-    quiet: Quiet = False,
-) -> None:
+    progress: Progress = False,
+) -> "CalibrationSummary":
     """Calibrate contact parameters on a bench folder: values with intervals, and what
     the bench leaves open.
 
     Run again, a stopped calibration goes on where it was. Exit code 0: done; 1:
-    stopped, or nothing could be calibrated; 2: the command was misused."""
-    asked = locals() | {"ranges": dict(ranges), "priors": dict(priors)}
-    from benchtwin.calibrate_command import Asked, calibrate_command
+    stopped, or nothing could be calibrated; 2: the command was misused.
+    \f
+    bench: its folder, or what `measure` found on it: no recording is then read again.
+    out: folder for result.json, tables, report and finished simulations; only with
+    tables=True may it be left out. tables: calibrate on the simulations in BENCH/tables
+    instead of simulating; twin: simulate what they hold as well. quick: fewer repeats
+    and piles, wider intervals. whole_pile: simulate the pile as described, not a slice
+    of it. next_test: simulate rigs that the bench has not recorded, to tell what they
+    would add. rendered: film every run and measure the pictures. method: "posterior",
+    or "surface": piles by a publication's steps (steepest ascent, Box–Behnken, analysis
+    of variance, optimum).
+    ranges: (low, high) in which to look for a seed–seed parameter; priors: (mean, sd)
+    of a parameter known beforehand; both by its name. rng: seed of the random numbers.
+    workers: processes that simulate, else one a core; scheduler: tcp://host:port of a
+    dask scheduler. engine: "benchtwin" or "lammps"; ranks: processes that share one run
+    of LAMMPS. overwrite: replace a result; finished simulations are kept. progress:
+    shown on stderr.
 
-    raise Exit(calibrate_command(Asked(**asked)))
+    A script guards its call by `if __name__ == "__main__":`, because the workers are
+    processes that import it. Raises FileNotFoundError for a bench that is not there;
+    FileExistsError where `out` must not be replaced; ValueError where an option does
+    not fit or nothing can be calibrated; RuntimeError where simulations fail."""
+    from benchtwin import calibrating as parts
+    from benchtwin.calibrate.procedure import calibrate_tables
+    from benchtwin.calibrate.procedure.beside import beside_tables
+    from benchtwin.calibrate.procedure.effort import Effort
+    from benchtwin.calibrate.procedure.pairs import pairs
+    from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
+    from benchtwin.calibrate.procedure.simulator import campaign
+    from benchtwin.measuring import recordings_of
+    from benchtwin.twin.engine import Engine
+
+    recordings = recordings_of(bench)
+    if out is None:
+        if not tables:
+            raise ValueError(
+                "calibrate: out names the folder that keeps finished simulations; only"
+                " tables=True needs none"
+            )
+        return parts.summary(calibrate_tables(recordings, seed=rng))
+    folder = Path(out)
+    parts.make_room(recordings, folder, overwrite)
+    if tables and not twin:
+        return parts.written(calibrate_tables(recordings, seed=rng), folder)
+    computed = Engine(engine, ranks)
+    if scheduler is None:
+        computed.ready(workers)
+    effort = Effort.asked(
+        method, quick=quick, whole_pile=whole_pile, next_test=next_test, twin=twin
+    )
+    options = {
+        "twin": twin,
+        "rendered": rendered,
+        "quick": quick,
+        "whole_pile": whole_pile,
+        "next_test": next_test,
+        "method": method,
+        "ranges": dict(ranges or {}),
+        "priors": dict(priors or {}),
+    }
+    prescribed = Prescribed.asked(options | computed.told)
+    printed = calibrate_tables(recordings, seed=rng) if twin else None
+    if printed:
+        prescribed = prescribed.as_tabulated(printed)
+    converted: list[str] = []
+    with (
+        parts.stages(quiet=not progress) as (say, show),
+        campaign(
+            folder / "runs",
+            rendered=rendered,
+            workers=workers,
+            scheduler=scheduler,
+            progress=show,
+            engine=computed,
+            say=converted.append,
+        ) as simulator,
+    ):
+        found = calibrate_simulated(
+            recordings,
+            simulator,
+            effort=effort,
+            seed=rng,
+            prescribed=prescribed,
+            say=say,
+            so_far=lambda calibration: parts.report(calibration, folder),
+        )
+        shown, why = pairs(found, folder / "twin", effort, say, computed)
+    found = found.adding(pairs=shown).saying(*why, *converted)
+    return parts.written(beside_tables(found, printed) if printed else found, folder)
 
 
+@on_one_blas_thread
 def predict(
     calibrated: Annotated[
-        Path,
+        Calibrated,
         given("What `benchtwin calibrate … --out DIR` left.", metavar="CALIBRATED"),
     ],
     rig: Annotated[
@@ -196,19 +351,20 @@ def predict(
             " drawdown or bed."
         ),
     ],
+    *,
     out: Annotated[
-        Path,
+        Place,
         said(
             "Folder for predicted.csv, prediction.json, prediction.svg, and the runs."
         ),
     ],
     beside: Annotated[
-        Path | None,
+        Bench | None,
         said("Recordings of that rig to compare with: a bench folder, or one."),
     ] = None,
-    settings: Settings = [],  # noqa: B006
+    settings: Settings = None,
     like: Annotated[
-        Path | None, said("A recording.toml whose rig and seed to copy.", "--from")
+        Place | None, said("A recording.toml whose rig and seed to copy.", "--from")
     ] = None,
     draws: Annotated[
         int, said("Parameter sets drawn from the posterior, a run each.")
@@ -223,57 +379,153 @@ def predict(
     overwrite: Annotated[
         bool, said("Replace an existing prediction; finished runs are kept.")
     ] = False,
-    quiet: Quiet = False,
-) -> None:
+    progress: Progress = False,
+) -> "PredictionSummary":
     """Predict another system from calibrated parameters, with intervals; beside
     recordings, whether they agree.
 
     Run again, a stopped prediction goes on where it was. Exit code 0: predicted; 1:
-    stopped, or too many runs gave nothing; 2: the command was misused."""
-    asked = locals() | {"settings": dict(settings)}
-    from benchtwin.calibrate.predict_command import Asked, predict_command
+    stopped, or too many runs gave nothing; 2: the command was misused.
+    \f
+    calibrated: what `calibrate` found, or the folder that it wrote. rig: "pile",
+    "cylinder" (a heap left by a lifted cylinder), "drum", "drawdown" or "bed". out:
+    folder for the prediction and its finished runs. beside: recordings of that rig: a
+    bench folder, or what `measure` found on it. settings: keys of recording.toml by
+    their dotted names, {"drum.speed_rpm": 20.0}; like: a recording whose rig and seed
+    to copy. draws: sets of parameters from the posterior, a run each; packings: runs at
+    its mean. rendered: film every run and measure the pictures. rng, workers,
+    scheduler, overwrite, progress: as `calibrate` takes them.
 
-    raise Exit(predict_command(Asked(**asked)))
+    Raises FileNotFoundError for a calibration that is not there; FileExistsError where
+    `out` must not be replaced; ValueError for what does not fit; RuntimeError where
+    runs fail."""
+    from benchtwin.calibrate.prediction import beside as comparing
+    from benchtwin.calibrate.prediction.posterior import read_posterior
+    from benchtwin.calibrate.prediction.predict import predict as predicted
+    from benchtwin.calibrate.prediction.question import check, described
+    from benchtwin.calibrate.prediction.written import write
+    from benchtwin.calibrate.procedure.simulator import campaign
+    from benchtwin.calibrating import folder_of
+    from benchtwin.measuring import recordings_of
+    from benchtwin.predicting import summary
+    from benchtwin.twin.command import progress_line
+
+    source, folder = folder_of(calibrated), Path(out)
+    check(rig, folder, draws, packings, overwrite=overwrite)
+    kept = read_posterior(source)
+    recorded = (
+        [] if beside is None else comparing.recordings(recordings_of(beside), rig)
+    )
+    built = comparing.described_by(recorded, rig) if recorded else {}
+    given = None if like is None else Path(like)
+    base, description = described(rig, kept, given, built, dict(settings or {}))
+    seen = comparing.measured(recorded, rig, description) if recorded else None
+    with (
+        progress_line(quiet=not progress) as show,
+        campaign(
+            folder / "runs",
+            base=base,
+            rendered=rendered,
+            workers=workers,
+            scheduler=scheduler,
+            progress=lambda state: show(f"{rig}: {state}"),
+        ) as simulator,
+    ):
+        found = predicted(
+            rig,
+            kept,
+            description,
+            simulator,
+            draws=draws,
+            packings=packings,
+            seed=rng,
+            measured=rendered,
+        )
+    compared = comparing.compare(found, seen) if seen is not None else []
+    write(folder, found, seen, compared, description, calibrated=source, seed=rng)
+    return summary(found, seen, compared, folder)
 
 
-def compare_engines(
+@on_one_blas_thread
+def compare(
+    *,
     out: Annotated[
-        Path,
+        Place,
         said(
             "Folder for compared.csv, compared.html, runs.csv, and the simulated runs."
         ),
     ],
     rows: Annotated[
-        Path | None,
+        Rows | None,
         said("CSV with a row of parameters a line; else the paper's optimum."),
     ] = None,
     packings: Annotated[
         int, said("Piles of each row, with seeds and packing of their own.")
     ] = 4,
     rng: Rng = 1,
-    settings: Settings = [],  # noqa: B006
+    settings: Settings = None,
     ranks: Ranks = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    quiet: Quiet = False,
-) -> None:
+    progress: Progress = False,
+) -> "EngineComparison":
     """Compare our engine with LAMMPS: reduced piles of the same law and packings, and
     where the two part.
 
     Run again, the command goes on where it was stopped. Exit code 0: compared; 1:
-    stopped, or LAMMPS is not there; 2: the command was misused."""
-    asked = locals() | {"settings": dict(settings)}
-    from benchtwin.twin.compare.command import Compared, compare_command
+    stopped, or LAMMPS is not there; 2: the command was misused.
+    \f
+    out: folder for tables, a picture and the finished runs. rows: contact parameters by
+    name, a mapping a row, or a CSV that holds them; none: the soybean paper's optimum.
+    packings: piles of each row, with seeds and packing of their own. settings: keys of
+    recording.toml by their dotted names, {"pile.fill_height_mm": 40.0}. ranks:
+    processes that share one LAMMPS pile. rng, workers, scheduler, progress: as
+    `calibrate` takes them.
 
-    raise Exit(compare_command(Compared(**asked)))
+    Called again, it goes on where it was stopped. Raises FileExistsError where `out`
+    holds something else; ValueError for an unknown name or what cannot be simulated;
+    RuntimeError where LAMMPS is not there, or no pile of both was measured."""
+    from benchtwin.comparing import EngineComparison
+    from benchtwin.twin.command import check_out, print_lines, progress_line
+    from benchtwin.twin.compare import piles
+    from benchtwin.twin.compare.differences import differences, verdict
+    from benchtwin.twin.compare.rows import rows_of
+    from benchtwin.twin.compare.written import OURS, write
+
+    folder, (at, ignored) = Path(out), rows_of(rows)
+    check_out(folder, OURS, "comparison")
+    jobs = {
+        name: piles.piles(at, engine, packings, rng, dict(settings or {}))
+        for name, engine in piles.engines(ranks, workers, scheduler).items()
+    }
+    notes = [*(f"{n}: no parameter, not used" for n in ignored)]
+    notes += piles.converted(jobs, at)
+    if progress:
+        print_lines(Terminal(stderr=True), *notes)
+    with progress_line(quiet=not progress) as show:
+        runs, failed = piles.run(
+            jobs, at, folder, workers=workers, scheduler=scheduler, progress=show
+        )
+    table = differences(runs)
+    if table.empty:
+        why = failed[0] if failed else "none was run"
+        raise RuntimeError(f"no pile of both engines was measured: {why}")
+    write(folder, table, runs, [*notes, *failed])
+    said = verdict(table)
+    return EngineComparison(table, runs, said, tuple(notes), folder, tuple(failed))
 
 
+@on_one_blas_thread
 def diagnose(
     bench: BenchFolder,
+    *,
     out: Annotated[
-        Path, said("Folder for diagnosis.json, report.html, and the twin's new runs.")
-    ],
-    rig: Annotated[list[str], said("Only this rig: drop, slide, roll or pile.")] = [],  # noqa: B006
+        Place | None,
+        said("Folder for diagnosis.json, report.html, and the twin's new runs."),
+    ] = None,
+    rigs: Annotated[
+        Names, said("Only this rig: drop, slide, roll or pile.", "--rig")
+    ] = (),
     twin: Annotated[
         bool,
         said(
@@ -285,41 +537,74 @@ def diagnose(
     ] = False,
     rng: Rng = 1,
     overwrite: Annotated[bool, said("Replace an existing diagnosis.")] = False,
-    quiet: Quiet = False,
-) -> None:
+    progress: Progress = False,
+) -> "DiagnosisSummary":
     """Diagnose where recordings and simulation differ: where, what physics is left out,
     and whether it mends the twin.
 
     Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was
-    misused."""
-    from benchtwin.diagnose_command import Asked, diagnose_command
+    misused.
+    \f
+    bench: its folder, or what `measure` found on it: no recording is then read again.
+    out: folder for diagnosis.json, report and the twin's new runs, none of them without
+    it; twin: run the twin again with what was found; quick: its tracks only, no
+    pictures. rigs: only these of drop, slide, roll and pile. rng: seed of the random
+    numbers. overwrite: replace a diagnosis. progress: shown on stderr.
 
-    raise Exit(
-        diagnose_command(
-            Asked(bench, out, tuple(rig), rng, twin, quick, overwrite, quiet)
-        )
-    )
+    Raises FileNotFoundError for a bench that is not there; FileExistsError where `out`
+    must not be replaced; ValueError for an unknown rig. A rig that cannot be diagnosed
+    raises nothing: `not_diagnosed` says why."""
+    from benchtwin import diagnosing as parts
+    from benchtwin.diagnose.bench import diagnose_bench
+    from benchtwin.measuring import recordings_of
+    from benchtwin.twin.command import progress_line
+
+    recordings, only = recordings_of(bench), parts.known(rigs)
+    if out is None:
+        return parts.summary(diagnose_bench(recordings, seed=rng, only=only))
+    folder = Path(out)
+    parts.check(recordings, folder, overwrite=overwrite)
+    with progress_line(quiet=not progress) as show:
+        found = diagnose_bench(recordings, seed=rng, only=only, say=show)
+        if twin:
+            found = parts.modelled(found, folder, pictures=not quick, say=show)
+    return parts.written(found, folder)
 
 
 def export(
-    folder: Annotated[
-        Path, given("What `benchtwin calibrate … --out DIR` left.", metavar="DIR")
+    result: Annotated[
+        Calibrated,
+        given("What `benchtwin calibrate … --out DIR` left.", metavar="DIR"),
     ],
-    to: Annotated[str, said("lammps, liggghts, yade, edem, or mercury.")],
+    engine: Annotated[str, said("lammps, liggghts, yade, edem, or mercury.", "--to")],
+    *,
     out: Annotated[
-        Path | None, said("Folder for the cards; else DIR/export/ENGINE.")
+        Place | None, said("Folder for the cards; else DIR/export/ENGINE.")
     ] = None,
     overwrite: Annotated[bool, said("Replace cards that are there.")] = False,
-    quiet: Quiet = False,
-) -> None:
+    progress: Progress = False,
+) -> "Cards":
     """Write calibrated parameters as another DEM engine takes them, in its own
     conventions.
 
     Exit code 0: written; 1: it could not be; 2: the command was misused.
-    """
-    from benchtwin.calibrate.export_command import export_command
+    \f
+    result: what `calibrate` found, or the folder that it wrote. engine: "lammps",
+    "liggghts", "yade", "edem" or "mercury". out: where to, else RESULT/export/ENGINE;
+    overwrite: replace cards that are there. progress: print the files' names.
 
-    raise Exit(export_command(folder, to, out, overwrite, quiet))
+    Raises FileNotFoundError for a folder without result.json; FileExistsError where a
+    card must not be replaced; ValueError for an unknown engine, or a result that lacks
+    a number."""
+    from benchtwin.calibrate.export import cards, read_result, write_cards
+    from benchtwin.calibrating import folder_of
+    from benchtwin.exporting import Cards
+
+    calibrated = folder_of(result)
+    folder = calibrated / "export" / engine if out is None else Path(out)
+    texts = cards(read_result(calibrated), engine)
+    write_cards(texts, folder, overwrite=overwrite)
+    return Cards(engine, folder, texts)
 
 
 def prove(
@@ -345,14 +630,21 @@ def prove(
         bool, said("Keep the pictures of solved cases, about 10 MB each.")
     ] = False,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Test `benchtwin diagnose` blind: cases with a concealed effect, made by other
     code, each solved once and scored.
 
     Run again with the same --rng, a stopped proof goes on where it was. Exit code 0:
     scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the
     command was misused."""
-    asked = locals()
     from benchtwin.prove.command import prove_command
 
-    raise Exit(prove_command(**asked))
+    return prove_command(
+        out,
+        cases,
+        rng,
+        workers=workers,
+        limit_s=limit_s,
+        keep_frames=keep_frames,
+        quiet=quiet,
+    )

@@ -8,11 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchtwin.bench.rigs import RIGS
-from benchtwin.measure.observe import observe_or_fail
 from benchtwin.vision.find_recordings import find_recordings, unread_files
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.recording import Recording
 
+Entry = Recording | MeasurementError
+Progress = Callable[[float], None]
 Seen = list[tuple[Recording, Observation]]
 MOST_NAMED = 8  # files in one note
 
@@ -76,30 +77,28 @@ def unread_notes(
 
 
 def measure_each(
-    entries: Sequence[Recording | MeasurementError],
-    observe: Callable[[Recording], Observation],
+    entries: Sequence[Entry],
+    observe: Callable[[Entry, Progress], Observation],
+    told: Callable[[float, Entry], None] = lambda done, entry: None,
 ) -> Iterator[Observation]:
-    """`observe(recording)` of each entry, a failed one where it raises; those of
-    several together last."""
+    """`observe(entry, progress)` of each entry, in order; what several together give
+    comes last. told: called with how many are done, and the entry that is measured."""
+
+    def one(number: int, entry: Entry) -> Observation:
+        told(number, entry)
+        return observe(entry, lambda share: told(number + share, entry))
+
     seen: Seen = []
-    for entry in entries:
-        found = observe_or_fail(entry, observe)
-        yield found
-        keep_for_together(seen, entry, found)
-    yield from observe_together(seen)
+    found = _in_order(entries, one)
+    for number, (entry, observation) in enumerate(zip(entries, found, strict=True), 1):
+        yield observation
+        if isinstance(entry, Recording) and entry.rig and RIGS[entry.rig].together:
+            seen.append((entry, replace(observation, pictures={})))
+        told(number, entry)
+    yield from _together(seen)
 
 
-def keep_for_together(
-    seen: Seen, entry: Recording | MeasurementError, found: Observation
-) -> None:
-    """Append what `observe_together` needs to `seen`, without its pictures."""
-    if not isinstance(entry, Recording) or entry.rig is None:
-        return
-    if RIGS[entry.rig].together:
-        seen.append((entry, replace(found, pictures={})))
-
-
-def observe_together(seen: Seen) -> list[Observation]:
+def _together(seen: Seen) -> list[Observation]:
     """Quantities of several recordings of one rig together."""
     found: list[Observation] = []
     for name in dict.fromkeys(entry.need_rig() for entry, _ in seen):
@@ -108,9 +107,8 @@ def observe_together(seen: Seen) -> list[Observation]:
     return found
 
 
-def in_order(
-    entries: Sequence[Recording | MeasurementError],
-    one: Callable[[int, Recording | MeasurementError], Observation],
+def _in_order(
+    entries: Sequence[Entry], one: Callable[[int, Entry], Observation]
 ) -> Iterator[Observation]:
     """`one(number, entry)` of every entry, in order; photos are measured ahead in at
     most 8 threads (0.5 GB each)."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchtwin.measure.batch import find_all
+from benchtwin.measure.batch import Progress, find_all
 from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.pile.repose import PileOptions
@@ -95,19 +95,23 @@ class Observed:
         """Some of these recordings, with what was observed on them."""
         return replace(self, entries=tuple(entries))
 
-    def observe(self, recording: Recording) -> Observation:
+    def observe(
+        self, recording: Recording, progress: Progress | None = None
+    ) -> Observation:
         """What is measured on a recording: found at the first call, kept for others.
         Raises what `measure.observe.observe` raises, each time alike."""
         if recording not in self._found:
-            self._found[recording] = self._look(recording)
+            self._found[recording] = self._look(recording, progress)
         found = self._found[recording]
         if isinstance(found, Exception):
             raise found
         return found
 
-    def _look(self, recording: Recording) -> Observation | MeasurementError | OSError:
+    def _look(
+        self, recording: Recording, progress: Progress | None
+    ) -> Observation | MeasurementError | OSError:
         try:
-            seen = observe(recording, self.options, self.trim)
+            seen = observe(recording, self.options, self.trim, progress)
         except (MeasurementError, OSError) as error:
             return error
         return replace(seen, pictures=PackedPictures(seen.pictures))

@@ -3,7 +3,6 @@
 import os
 import shutil
 import socket
-import sys
 import tempfile
 import threading
 import webbrowser
@@ -11,39 +10,33 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.page.folder import INCOMING, Folder
 from benchtwin.page.guard import Entrance, forwarding
 from benchtwin.page.private import private_folder
 from benchtwin.page.server import application
 
-STOPPED, MISUSED = 0, 2
 LOOPBACK = "127.0.0.1"
 ANSWERS_AFTER_S = 0.8  # the server is up by then
 OPENS_WITHIN_S = 60.0  # a browser that has not by then is not awaited any more
 
 
-def page_command(folder: Path, port: int, browser: bool) -> int:
-    """Serve the page on `folder` until Ctrl+C; returns the exit code. port 0: a free
-    one."""
+def page(folder: Path, port: int, browser: bool) -> None:
+    """Serve the page on `folder` until Ctrl+C. port 0: a free one. Misuse where folder
+    or port cannot be used."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         listener = socket.create_server((LOOPBACK, port))
     except OSError as error:
-        if isinstance(error, FileExistsError | PermissionError) and not folder.is_dir():
-            where = str(folder)
-        else:
-            where = f"port {port}"
-        print(f"benchtwin page: {where}: {error.strerror or error}", file=sys.stderr)
-        return MISUSED
+        where = f"port {port}" if folder.is_dir() else str(folder)
+        raise Misuse(f"{where}: {error.strerror or error}") from error
     try:
         private_folder()
     except (OSError, RuntimeError) as error:
-        print(
-            f"benchtwin page: no folder for its own keys: {error}. Set XDG_STATE_HOME"
-            " to a folder that you may write to",
-            file=sys.stderr,
-        )
-        return MISUSED
+        raise Misuse(
+            f"no folder for its own keys: {error}. Set XDG_STATE_HOME to a folder that"
+            " you may write to"
+        ) from error
     entrance = Entrance()
     site = f"http://{entrance.host}:{listener.getsockname()[1]}/"
 
@@ -57,8 +50,8 @@ def page_command(folder: Path, port: int, browser: bool) -> int:
     tell("Open in a browser (only on this machine, once):")
     print(f"A browser that does not find it: {LOOPBACK} in the place of its name.")
     print("Ctrl+C ends it.", flush=True)
-    serve(folder, listener, entrance, site if browser else "")
-    return STOPPED
+    with suppress(KeyboardInterrupt):
+        serve(folder, listener, entrance, site if browser else "")
 
 
 def serve(

@@ -1,6 +1,7 @@
 """The opened folder; nothing outside it is read or written, whatever name a request or
 a file brings."""
 
+import itertools
 import json
 import os
 import secrets
@@ -11,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchtwin.bench.whole_file import whole
 from benchtwin.vision.recording import RESULTS_MARK as MARK
 
 RESULTS = "results"  # in a bench: what commands left
@@ -184,6 +184,14 @@ def clean_name(name: str) -> str:
     return name[:LONGEST_NAME]
 
 
+def numbered(name: str) -> Iterator[str]:
+    """`name`, then that with the numbers from 2 on before its suffix."""
+    yield name
+    stem, suffix = Path(name).stem, Path(name).suffix
+    for number in itertools.count(2):
+        yield f"{stem}-{number:02d}{suffix}"
+
+
 @contextmanager
 def whole_folder(target: Path, root: Path) -> Iterator[Path]:
     """A folder to fill, which takes the place `target` when all is in it, or never
@@ -198,12 +206,3 @@ def whole_folder(target: Path, root: Path) -> Iterator[Path]:
         part.rename(target)
     finally:
         shutil.rmtree(part, ignore_errors=True)
-
-
-def write_durably(path: Path, data: bytes) -> None:
-    """Replace a file's content at once: whoever reads it, or kills us, finds the old or
-    the new one whole."""
-    with whole(path) as part, part.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())

@@ -5,7 +5,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from benchtwin.page.folder import Refused, write_durably
+from benchtwin.bench.whole_file import write_whole
+from benchtwin.page.folder import Refused
 
 MOST_KEPT = 300  # changes; the oldest are forgotten
 
@@ -79,7 +80,7 @@ def _turn(
         if text is None:
             path.unlink(missing_ok=True)
         else:
-            write_durably(path, text)
+            write_whole(path, text)
     source.remove(change)
     target.append(change)
     return [*to]

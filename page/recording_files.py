@@ -12,7 +12,14 @@ from pathlib import Path
 import tomlkit
 
 from benchtwin.page import toml_file
-from benchtwin.page.folder import RESULTS, Folder, Refused, clean_name, whole_folder
+from benchtwin.page.folder import (
+    RESULTS,
+    Folder,
+    Refused,
+    clean_name,
+    numbered,
+    whole_folder,
+)
 from benchtwin.vision.evidence.film_or_photos import numbered_runs
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
@@ -135,7 +142,7 @@ def removed(bench: Path) -> list[Path]:
 def put_back(path: Path, bench: Path) -> Path:
     """Put what was removed into the bench again, under another name where its own is
     taken meanwhile."""
-    target = next(t for t in _names(bench, path.name) if not t.exists())
+    target = next(bench / n for n in numbered(path.name) if not (bench / n).exists())
     back = _renamed(path, target)
     with suppress(OSError):
         path.parent.rmdir()
@@ -146,14 +153,6 @@ def _bench_of(path: Path, folder: Folder) -> Path:
     if path.resolve() == folder.root.resolve():
         raise Refused("this is the folder that the page was opened on")
     return folder.inside(folder.name_of(path.parent))
-
-
-def _names(bench: Path, name: str) -> Iterable[Path]:
-    """`name`, and that with the numbers from 2 on."""
-    yield bench / name
-    stem, suffix = Path(name).stem, Path(name).suffix
-    for n in itertools.count(2):
-        yield bench / f"{stem}-{n:02d}{suffix}"
 
 
 def _renamed(path: Path, target: Path) -> Path:
@@ -170,7 +169,8 @@ def _made(
 ) -> Path:
     """A recording of these files with these keys; one that was made of them before,
     when this was cut off, is kept."""
-    for target in _names(bench, clean_name(name)):
+    for one in numbered(clean_name(name)):
+        target = bench / one
         if target.is_dir() and all(_same(target / n, f) for n, f in files.items()):
             return target
         if not target.exists():

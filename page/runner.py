@@ -23,8 +23,9 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.page import runs
-from benchtwin.page.folder import Folder, Refused, write_durably
+from benchtwin.page.folder import Folder, Refused
 
 SPINNER = r"[\u2800-\u28ff] ?"  # what turns while something runs
 CONTROLS = re.compile(
@@ -134,7 +135,7 @@ class Log:
 
     def _write(self) -> None:
         with suppress(OSError):
-            write_durably(self.place / "state.json", json.dumps(self.content).encode())
+            write_whole(self.place / "state.json", json.dumps(self.content))
         self.written = time.time()
 
 

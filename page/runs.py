@@ -20,8 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, FiniteFloat, ValidationError
+from pydantic import BaseModel, FiniteFloat, ValidationError, model_validator
 
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.page.folder import (
     RESULTS,
     RUNS,
@@ -30,7 +31,6 @@ from benchtwin.page.folder import (
     read_json,
     real_folder,
     remove,
-    write_durably,
 )
 from benchtwin.page.private import (
     lock_file,
@@ -72,6 +72,14 @@ class Job(BaseModel):
     stopped: bool = False
     signature: str = ""
 
+    @model_validator(mode="after")
+    def offered(self) -> "Job":
+        """ValueError for options that its command does not have."""
+        allowed = COMMANDS[self.command][1]
+        if sorted({*self.options} & {*allowed}) != sorted(self.options):
+            raise ValueError(f"{self.command} has no {' '.join(self.options)}")
+        return self
+
 
 class State(BaseModel):
     """What state.json says. code: the command's exit code, None until it has ended."""
@@ -110,10 +118,9 @@ def all_runs(bench: Path, folder: Folder) -> list[Run]:
 def read_job(place: Path) -> Job | None:
     """What a run's job.json asks for; None where that is nothing a page asks for."""
     try:
-        job = Job.model_validate(read_json(place / "job.json"))
+        return Job.model_validate(read_json(place / "job.json"))
     except ValidationError:
         return None
-    return job if _is_offered(job.command, job.options) else None
 
 
 def is_ours(job: Job, place: Path) -> bool:
@@ -132,9 +139,11 @@ def command_line(job: Job, bench: Path) -> list[str]:
 def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder) -> Run:
     """Put a run into the bench's queue, and start it if nothing else runs there. The
     run's folder appears whole or not at all."""
-    if not _is_offered(command, options):
-        raise Refused(f"{' '.join((command, *options))}: not a command for a bench")
-    job = Job.model_validate({"command": command, "options": options})
+    try:
+        job = Job.model_validate({"command": command, "options": options})
+    except ValidationError:
+        what = " ".join((command, *options))
+        raise Refused(f"{what}: not a command for a bench") from None
     folder.refuse_links(bench)
     with _queue(bench):
         runs = real_folder(folder.results(bench) / RUNS)
@@ -186,14 +195,6 @@ def ended(bench: Path, folder: Folder, lock: int) -> None:
     with _queue(bench):
         os.close(lock)
         _advance(bench, folder)
-
-
-def _is_offered(command: str, options: tuple[str, ...]) -> bool:
-    """Whether the page may run this command with these options."""
-    _, allowed = COMMANDS.get(command, ("", ()))
-    return command in COMMANDS and sorted(set(options) & set(allowed)) == sorted(
-        options
-    )
 
 
 def _queue(bench: Path) -> AbstractContextManager[None]:
@@ -310,7 +311,7 @@ def _write(job: Job, where: Path, place: Path) -> None:
     """Write job.json into `where`, signed for `place`, to which it may be moved."""
     signed = signature(_signed_content(job, where, place))
     told = job.model_copy(update={"signature": signed}).model_dump(mode="json")
-    write_durably(where / "job.json", json.dumps(told).encode())
+    write_whole(where / "job.json", json.dumps(told))
 
 
 def _signed_content(job: Job, where: Path, place: Path) -> list:

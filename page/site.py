@@ -7,7 +7,7 @@ from pathlib import Path
 
 from benchtwin.measure.observe import Progress
 from benchtwin.page import pictures
-from benchtwin.page.card_number import CardNumber
+from benchtwin.page.card_number import CardNumber, version
 from benchtwin.page.folder import Folder, Refused
 from benchtwin.page.history import History
 from benchtwin.page.measuring import measure_recording
@@ -68,14 +68,7 @@ class Site:
     ) -> Observation:
         """What measuring finds, remembered until the recording changes; progress:
         called with the fraction done."""
-        stated = (recording.toml, recording.toml.parent.parent / "bench.toml")
-        key = (
-            recording.path,
-            *(
-                p.stat().st_mtime_ns if p.exists() else 0
-                for p in (*recording.files[:1], *stated)
-            ),
-        )
+        key = version(recording)
         with self.measured.setdefault(key, threading.Lock()):  # once, not for each tab
             if key not in self.observations:
                 if len(self.observations) >= KEPT_OBSERVATIONS:

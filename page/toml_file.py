@@ -10,7 +10,8 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Table
 
-from benchtwin.page.folder import Refused, write_durably
+from benchtwin.bench.whole_file import write_whole
+from benchtwin.page.folder import Refused
 from benchtwin.vision.evidence.read_keys import MOST_BYTES, validate
 from benchtwin.vision.measurement import MeasurementError
 
@@ -62,7 +63,7 @@ def write_text(path: Path, text: str, seen: str) -> None:
     parsed(text, path)
     if any_text(path) != seen:
         raise Refused(f"{path.name} {OVERTAKEN}")
-    write_durably(path, text.encode("utf8"))
+    write_whole(path, text)
 
 
 def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
@@ -78,7 +79,7 @@ def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
     if now := [line for line in _wrong(document, keys.path) if line not in wrong]:
         raise Refused("\n".join(now))
     written = tomlkit.dumps(document)
-    write_durably(keys.path, written.encode("utf8"))
+    write_whole(keys.path, written)
     return Keys(keys.path, _version(written), document.unwrap())
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchtwin.bench.rigs import READING_COLUMNS
-from benchtwin.page.folder import Folder, Refused, clean_name, whole_folder
+from benchtwin.page.folder import Folder, Refused, clean_name, numbered, whole_folder
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
     PHOTOS,
@@ -159,10 +159,7 @@ def _named(files: Iterable[ReceivedFile]) -> dict[str, ReceivedFile]:
     """The files by names that can stand in a folder, each of its own."""
     out: dict[str, ReceivedFile] = {}
     for file in files:
-        name = clean_name(file.name)
-        stem, suffix = Path(name).stem, Path(name).suffix
-        others = (f"{stem}-{n}{suffix}" for n in itertools.count(2))
-        out[next(n for n in itertools.chain([name], others) if n not in out)] = file
+        out[next(n for n in numbered(clean_name(file.name)) if n not in out)] = file
     return out
 
 
@@ -215,10 +212,7 @@ def _table_name(name: str, path: Path) -> str:
 def _free(bench: Path, name: str) -> Path:
     """A folder that is not there yet: `name`, or with the next number; piles are
     numbered from the first on."""
-    if name != "pile" and not (bench / name).exists():
-        return bench / name
-    return next(
-        bench / f"{name}-{n:02d}"
-        for n in range(1, 10_000)
-        if not (bench / f"{name}-{n:02d}").exists()
-    )
+    names = numbered(name)
+    if name == "pile":
+        names = (f"pile-{n:02d}" for n in itertools.count(1))
+    return next(bench / one for one in names if not (bench / one).exists())

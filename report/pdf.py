@@ -7,9 +7,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.bench.whole_file import whole
 from benchtwin.report.template import PAGE, PRINTED
-from benchtwin.twin.command import DONE, exit_code
 
 BROWSERS = (
     "chromium",
@@ -36,10 +36,6 @@ DRAWN_MS = 20_000  # of the page's own clock, until every figure is drawn
 LONGEST_S = 180
 
 
-class NoReport(ValueError):
-    """There is no page to print."""
-
-
 def browser() -> str:
     """The program that prints. RuntimeError where none is installed."""
     for name in BROWSERS:
@@ -52,10 +48,10 @@ def browser() -> str:
 
 
 def page_of(results: Path) -> Path:
-    """The page of a folder of results, or the page itself. NoReport without one."""
+    """The page of a folder of results, or the page itself. Misuse without one."""
     page = results / PAGE if results.is_dir() else results
     if page.suffix != ".html" or not page.is_file():
-        raise NoReport(f"{results}: no {PAGE} there; calibrate and diagnose make one")
+        raise Misuse(f"{results}: no {PAGE} there; calibrate and diagnose make one")
     return page
 
 
@@ -93,19 +89,3 @@ def print_pdf(page: Path, out: Path) -> None:
             raise RuntimeError(f"the browser did not print {page}: {why[0]}")
         with whole(out) as part:
             shutil.copyfile(printed, part)
-
-
-def pdf_command(results: Path, out: Path | None, quiet: bool) -> int:
-    """Print a report as PDF; returns the exit code."""
-
-    def work() -> int:
-        page = page_of(results)
-        to = out or page.with_suffix(".pdf")
-        print_pdf(page, to)
-        if not quiet:
-            print(to)
-        return DONE
-
-    return exit_code(
-        "pdf", results, work, stopped="nothing was written", misuses=(NoReport,)
-    )

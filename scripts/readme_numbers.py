@@ -58,7 +58,7 @@ def printed(arguments: list[str]) -> str:
 def calibrated(result: Path) -> str:
     """What `benchtwin calibrate` printed of the parameters, from its result.json."""
     from benchtwin.bench.terminal import Terminal
-    from benchtwin.calibrate_command import show_parameters
+    from benchtwin.calibrating import show_parameters
 
     found = json.loads(result.read_text(encoding="utf8"))["parameters"]
     out = io.StringIO()

@@ -179,7 +179,7 @@ def test_bad_input_is_refused_in_words(tmp_path):
         calibrate(paper)
     with pytest.raises(ValueError, match=r"range of restitution"):
         calibrate(paper, out=tmp_path / "c", ranges={"restitution": (0.1, 0.2)})
-    with pytest.raises(ValueError, match="no rig 'tower'"):
+    with pytest.raises(ValueError, match="tower: no such rig"):
         diagnose(paper, rigs=["tower"])
     with pytest.raises(FileNotFoundError):
         diagnose(tmp_path / "nowhere")
@@ -303,23 +303,16 @@ def test_results_show_themselves_and_escape_what_comes_from_outside(shown, tmp_p
     assert "<pre>" in shown["cards"]._repr_html_()
 
 
-def test_a_prediction_is_the_command_s(tmp_path, monkeypatch):
+def test_a_prediction_is_the_command_s(tmp_path):
     """The mean friction of the stand-in's posterior, by its linear law."""
-    from contextlib import contextmanager
-
+    from command_code import simulated_by
     from prediction_stand_in import Angles, write_calibrated
 
-    from benchtwin.calibrate import predict_command
-
-    @contextmanager
-    def stand_in(*_, **__):
-        yield Angles()
-
-    monkeypatch.setattr(predict_command, "campaign", stand_in)
     calibrated = write_calibrated(tmp_path / "calibrated")
-    found = predict(
-        calibrated, "drum", out=tmp_path / "p", settings={"drum.speed_rpm": 20.0}
-    )
+    with simulated_by(Angles()):
+        found = predict(
+            calibrated, "drum", out=tmp_path / "p", settings={"drum.speed_rpm": 20.0}
+        )
     (row,) = found.quantities.itertuples()
     written = pd.read_csv(tmp_path / "p" / "predicted.csv").iloc[0]
     assert row.mean == pytest.approx(written["mean"], rel=1e-5)

@@ -1,77 +1,19 @@
-"""What the commands have in common: exit codes, options, folders checked before
-anything runs, progress, and a report whose fault costs no result."""
+"""What the commands have in common: folders checked before anything runs, progress, and
+a report whose fault costs no result."""
 
-import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
+from benchtwin.bench.exits import FAILED, Misuse, say
 from benchtwin.bench.terminal import Terminal, Words
 
 if TYPE_CHECKING:
     from benchtwin.twin.bench_folder import Observed
-
-DONE, FAILED, MISUSED = 0, 1, 2
-Errors = tuple[type[Exception], ...]
-
-
-class Misuse(ValueError):
-    """The command was typed wrongly."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CampaignOptions:
-    """Options of every command that simulates many runs. rng: seed of the random
-    numbers; workers: processes, None: one a core; scheduler: address of a dask
-    scheduler, instead of workers."""
-
-    rng: int = 1
-    workers: int | None = None
-    scheduler: str | None = None
-    overwrite: bool = False
-    quiet: bool = False
-
-
-def say(verb: str, error: object, code: int) -> int:
-    """Print an error as `benchtwin VERB` says it; returns the exit code."""
-    print(f"benchtwin {verb}: {error}", file=sys.stderr)
-    return code
-
-
-def exit_code(
-    verb: str,
-    out: Path,
-    work: Callable[[], int],
-    *,
-    stopped: str = "the same command goes on where it stopped ({out})",
-    misuses: Errors = (FileNotFoundError, FileExistsError, Misuse),
-    failures: Errors = (ValueError, RuntimeError),
-) -> int:
-    """The exit code of `work`; an error that it raises is printed in one line, one of
-    the system's with its file.
-
-    misuses, failures: errors of what was typed, and of what came of it; others are
-    faults of ours."""
-
-    def words(error: Exception) -> object:
-        if isinstance(error, OSError) and error.strerror:
-            return f"{error.filename or out}: {error.strerror}"
-        return error
-
-    wrong: Errors = (*failures, OSError)
-    try:
-        return work()
-    except KeyboardInterrupt:
-        return say(verb, f"stopped; {stopped.format(out=out)}", FAILED)
-    except misuses as error:
-        return say(verb, words(error), MISUSED)
-    except wrong as error:
-        return say(verb, words(error), FAILED)
 
 
 def check_out(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.bench.whole_file import own_folder
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.world import World
@@ -44,13 +45,13 @@ class Engine:
 
     def __post_init__(self) -> None:
         if self.name not in NAMES:
-            raise ValueError(
+            raise Misuse(
                 f"--engine {self.name}: no such engine; there are {' and '.join(NAMES)}"
             )
         if self.ranks < 1:
-            raise ValueError(f"--ranks {self.ranks}: at least 1")
+            raise Misuse(f"--ranks {self.ranks}: at least 1")
         if self.name == OURS and self.ranks > 1:
-            raise ValueError(
+            raise Misuse(
                 f"--ranks {self.ranks}: ranks are LAMMPS's, say --engine lammps; our"
                 " own engine has --threads"
             )

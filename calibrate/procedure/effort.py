@@ -1,13 +1,15 @@
 """How much is simulated: how many values, repeats and piles, and which pile stands for
 the bench's."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.bench.tells import BySurface
 
 # some 500 seeds in place of thousands (docs/engine.md says what a run costs); what it
 # does to the intervals: benchmarks/slices.py
 SLAB_MM, FILL_MM = 30.0, 60.0
+METHODS = ("posterior", "surface")  # of the piles
 QUICKLY = "a quick calibration: fewer repeats and piles than usual, so wider intervals"
 
 
@@ -34,6 +36,21 @@ class Effort:
     fill_mm: float = FILL_MM
     draws: int = 1000
     unrecorded: bool = False
+
+    @classmethod
+    def asked(
+        cls, method: str, *, quick: bool, whole_pile: bool, next_test: bool, twin: bool
+    ) -> "Effort":
+        """As the command's options have it; Misuse for a method that is not there.
+        twin: what a publication's tables hold is simulated."""
+        if method not in METHODS:
+            raise Misuse(f"--method {method}: one of {', '.join(METHODS)}")
+        effort = replace(
+            QUICK if quick else FULL,
+            surface=twin or method == "surface",
+            unrecorded=next_test,
+        )
+        return replace(effort, slab=None) if whole_pile else effort
 
     def notes(self) -> tuple[str, ...]:
         """What a reader of the report must know of it."""

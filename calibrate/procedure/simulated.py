@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
@@ -37,6 +38,7 @@ from benchtwin.calibrate.procedure.surface import simulate_surface
 from benchtwin.calibrate.statistics.bench import Verification
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.next_test import BenchTest
+from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.parameters import said_of
 
@@ -60,6 +62,31 @@ class Prescribed:
     trimmed: dict[str, int] = field(default_factory=dict)
     options: dict = field(default_factory=dict)
 
+    @classmethod
+    def asked(cls, options: dict) -> "Prescribed":
+        """Ranges and priors among the command's options; Misuse where they do not fit.
+        Options that were not used are not recorded."""
+        used = {name: value for name, value in options.items() if value}
+        ranges, priors = (dict(used.get(name, {})) for name in ("ranges", "priors"))
+        try:
+            checked_ranges(ranges)
+            Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), priors)
+        except ValueError as error:
+            raise Misuse(error) from None
+        return cls(ranges=ranges, priors=priors, options=used)
+
+    def as_tabulated(self, printed: Calibration) -> "Prescribed":
+        """The same at the tables' own values, path, design and published optimum."""
+        values = {n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()}
+        trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
+        prescribed = replace(self, values=values, trimmed=trimmed)
+        if (fit := printed.surface) is None:
+            return prescribed
+        path = None
+        if fit.path is not None:
+            path = fit.path.errors.drop(columns=[PILE.response, "relative_error"])
+        return replace(prescribed, path=path, levels=fit.box, near=fit.optimum.point)
+
 
 @dataclass(frozen=True)
 class Way:
@@ -78,7 +105,7 @@ def calibrate_simulated(
     seed: int = 1,
     prescribed: Prescribed | None = None,
     say: Callable[[str], None] = lambda text: None,
-    so_far: Callable[[Calibration], None] = lambda calibration: None,
+    so_far: Callable[[Calibration], object] = lambda calibration: None,
 ) -> Calibration:
     """Calibrate a bench folder on simulations.
 

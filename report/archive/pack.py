@@ -10,8 +10,16 @@ from dataclasses import dataclass, field
 from io import SEEK_END, BufferedIOBase, BytesIO
 from pathlib import Path
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.bench.whole_file import new_folder, whole
-from benchtwin.report.archive import ABOUT, FORMAT, MANIFEST, MOST_LISTED, stays_within
+from benchtwin.report.archive import (
+    ABOUT,
+    FORMAT,
+    MANIFEST,
+    MOST_LISTED,
+    some,
+    stays_within,
+)
 from benchtwin.report.archive.about import about
 from benchtwin.report.archive.machine import Machine
 from benchtwin.report.template import PAGE, PRINTED
@@ -23,10 +31,6 @@ ZIP = ".zip"
 WRITTEN_AT = (1980, 1, 1, 0, 0, 0)  # of every file in a zip: the same content, one file
 
 
-class Unpackable(ValueError):
-    """What is asked for cannot be packed."""
-
-
 @dataclass
 class Packed:
     """files: {name in the pack: content's path, or its text where it was changed};
@@ -36,6 +40,19 @@ class Packed:
     left_out: list[str] = field(default_factory=list)
     located: list[str] = field(default_factory=list)
 
+    def in_words(self, out: Path) -> list[str]:
+        """What stands in `out` now, and what does not."""
+        held = (p for p in (out, *out.rglob("*")) if p.is_file())
+        size = sum(p.stat().st_size for p in held) / 1e6
+        lines = [f"{out}: {len(self.files)} files, {size:.1f} MB"]
+        if self.left_out:
+            why = "links, and prints of pages that name folders of this machine"
+            lines.append(f"left out ({why}): {some(self.left_out)}")
+        if self.located:
+            where = "where they were taken is in photos (EXIF)"
+            lines.append(f"{where}: {some(self.located)}")
+        return lines
+
 
 def pack(bench: Path, results: Sequence[Path], out: Path, runs: bool = False) -> Packed:
     """Write bench/NAME, results/NAME for each folder of results, README.md and
@@ -43,7 +60,7 @@ def pack(bench: Path, results: Sequence[Path], out: Path, runs: bool = False) ->
     or not at all.
 
     runs: the simulations of results, too. Raises FileNotFoundError for a folder that
-    is not there, FileExistsError where `out` is, Unpackable for a bench whose own files
+    is not there, FileExistsError where `out` is, Misuse for a bench whose own files
     name folders of this machine, OSError where it cannot be written."""
     for folder in (bench, *results):
         if not folder.is_dir():
@@ -52,7 +69,7 @@ def pack(bench: Path, results: Sequence[Path], out: Path, runs: bool = False) ->
         raise FileExistsError(f"{out}: is there already; choose another --out")
     for folder in (bench, *results):
         if folder.resolve() in (out.resolve(), *out.resolve().parents):
-            raise Unpackable(f"--out {out}: lies within {folder}, which is packed")
+            raise Misuse(f"--out {out}: lies within {folder}, which is packed")
     gathered = _gathered(bench, results, runs)
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix == ZIP:
@@ -69,7 +86,7 @@ def _gathered(bench: Path, results: Sequence[Path], runs: bool) -> Packed:
     for folder in results:
         name = f"results/{folder.resolve().name}"
         if name in places.values():
-            raise Unpackable(f"two folders of results are called {folder.name}")
+            raise Misuse(f"two folders of results are called {folder.name}")
         places[folder] = name
     machine, found = Machine(places), Packed()
     for folder, name in places.items():
@@ -80,14 +97,14 @@ def _gathered(bench: Path, results: Sequence[Path], runs: bool) -> Packed:
                 continue
             at = f"{name}/{inside.as_posix()}"
             if not stays_within(at):
-                raise Unpackable(f"{path}: a name that not every system can have")
+                raise Misuse(f"{path}: a name that not every system can have")
             if path.name == PRINTED and _changed(machine, path.with_name(PAGE)):
                 found.left_out.append(str(path))  # a print cannot be changed
                 continue
             found.files[at] = path if folder == bench else machine.cleaned(path)
             if folder == bench:
                 if named := machine.named_in(path):
-                    raise Unpackable(
+                    raise Misuse(
                         f"{path}: names {named}, a place on this machine; name it from"
                         " the bench's folder on"
                     )
@@ -125,7 +142,7 @@ def _manifest(files: Mapping[str, Path | str]) -> str:
     told = {"format": FORMAT, "versions": versions(), "files": rows}
     text = json.dumps(told, indent=1, ensure_ascii=False)
     if len(text.encode()) > MOST_LISTED:
-        raise Unpackable(f"{len(rows):,} files are too many for one pack")
+        raise Misuse(f"{len(rows):,} files are too many for one pack")
     return text
 
 

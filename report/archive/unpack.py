@@ -14,17 +14,14 @@ from pathlib import Path, PurePosixPath
 from shutil import disk_usage
 from typing import cast
 
+from benchtwin.bench.exits import Misuse
 from benchtwin.bench.whole_file import new_folder
-from benchtwin.report.archive import FORMAT, MANIFEST, MOST_LISTED, stays_within
+from benchtwin.report.archive import FORMAT, MANIFEST, MOST_LISTED, some, stays_within
 from benchtwin.twin.versions import versions
 
 Reader = Callable[[str], BufferedIOBase]
 AS_PACKED, CHANGED, LONGER = "as packed", "changed", "longer"
 PIECE = 1 << 20  # bytes that are read at a time
-
-
-class NoPack(ValueError):
-    """A folder or file that is no pack, or one that this version cannot read."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +42,37 @@ class Opened:
         """Whether every file is as it was packed."""
         return not (self.changed or self.missing or self.longer)
 
+    def in_words(self) -> list[str]:
+        """What a reader of a pack has to know."""
+        differing = {
+            "missing": self.missing,
+            "not as packed": self.changed,
+            "longer than packed, and not copied": self.longer,
+            "not listed, and not copied": self.unlisted,
+        }
+        lines = [f"{what}: {some(names)}" for what, names in differing.items() if names]
+        if self.whole:
+            lines.append("every file is as it was packed")
+        here = versions()["benchtwin"]
+        if self.version != here:
+            lines.append(
+                f"packed by benchtwin {self.version}; this is {here}: its numbers"
+                " stand, computed again they may differ"
+            )
+        others = [
+            f"{name} {then} (here {now})"
+            for name, (then, now) in self.other_versions.items()
+            if name != "benchtwin"
+        ]
+        return [*lines, *([f"made with {', '.join(others)}"] if others else [])]
+
 
 def unpack(packed: Path, out: Path | None) -> Opened:
     """Check a pack, a folder or a zip, and copy what it lists into the folder `out`;
     None: only check. What has changed is copied as it is, but for what is longer than
     the pack says.
 
-    Raises NoPack for what is none, FileExistsError where `out` is, OSError where it
+    Raises Misuse for what is none, FileExistsError where `out` is, OSError where it
     cannot be written: nothing half-written is left."""
     if out is not None and os.path.lexists(out):
         raise FileExistsError(f"{out}: is there already; choose another --out")
@@ -82,13 +103,13 @@ def _opened(packed: Path) -> Iterator[tuple[set[str], Reader]]:
         yield files, lambda name: (packed / name).open("rb")
         return
     if not packed.exists():
-        raise NoPack(f"{packed}: no such file or folder")
+        raise Misuse(f"{packed}: no such file or folder")
     try:
         with zipfile.ZipFile(packed) as held:
             names = {n for n in held.namelist() if not n.endswith("/")}
             yield names, lambda name: cast(BufferedIOBase, held.open(name))
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
-        raise NoPack(f"{packed}: a damaged zip, or none ({error})") from None
+        raise Misuse(f"{packed}: a damaged zip, or none ({error})") from None
 
 
 def _own(path: Path) -> bool:
@@ -96,15 +117,15 @@ def _own(path: Path) -> bool:
 
 
 def _manifest(packed: Path, names: set[str], read: Reader) -> dict:
-    """What a pack lists; NoPack where it lists nothing that can be followed."""
+    """What a pack lists; Misuse where it lists nothing that can be followed."""
     if MANIFEST not in names:
-        raise NoPack(
+        raise Misuse(
             f"{packed}: {MANIFEST} is not in it: `benchtwin pack` did not make it"
         )
     with read(MANIFEST) as stream:
         text = stream.read(MOST_LISTED + 1)
     if len(text) > MOST_LISTED:
-        raise NoPack(f"{packed}: {MANIFEST} in it is larger than {MOST_LISTED:,} bytes")
+        raise Misuse(f"{packed}: {MANIFEST} in it is larger than {MOST_LISTED:,} bytes")
     try:
         told = json.loads(text)
         made, written = told["format"], told["files"]
@@ -115,18 +136,18 @@ def _manifest(packed: Path, names: set[str], read: Reader) -> dict:
         )
         by = told.setdefault("versions", {}).get("benchtwin", "?")
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise NoPack(f"{packed}: {MANIFEST} in it is damaged") from None
+        raise Misuse(f"{packed}: {MANIFEST} in it is damaged") from None
     if not isinstance(made, int) or made > FORMAT:
-        raise NoPack(
+        raise Misuse(
             f"{packed}: packed by benchtwin {by} in format {made}; this is benchtwin"
             f" {versions()['benchtwin']}, which reads up to {FORMAT}"
         )
     if not names_safe:
-        raise NoPack(
+        raise Misuse(
             f"{packed}: {MANIFEST} lists names outside the pack, or a file in a file"
         )
     if not whole:
-        raise NoPack(f"{packed}: {MANIFEST} in it is damaged")
+        raise Misuse(f"{packed}: {MANIFEST} in it is damaged")
     return told
 
 

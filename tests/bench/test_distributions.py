@@ -37,7 +37,7 @@ def test_what_is_unknown_stays_unknown(given):
 
 def test_measuring_a_photo_loads_neither_statistics_nor_optimisers():
     code = (
-        "import sys, benchtwin.measure.command\n"
+        "import sys, benchtwin.measuring\n"
         "print(*(m for m in ('scipy.stats', 'scipy.optimize', 'openpyxl', 'numba')"
         " if m in sys.modules))"
     )

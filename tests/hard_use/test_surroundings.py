@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchtwin import command_line
-from benchtwin.measure import command
+from benchtwin.measure import measured
 from benchtwin.vision.measurement import GOOD, Observation, Quantity
 from benchtwin.vision.out_folder import file_name
 from benchtwin.vision.results import Results
@@ -162,7 +162,7 @@ def test_a_fault_of_ours_is_one_line(tmp_path, monkeypatch):
     def broken(*_, **__):
         raise KeyError("here")
 
-    monkeypatch.setattr(command, "measure_command", broken)
+    monkeypatch.setattr(measured, "existing", broken)
     monkeypatch.setattr(
         sys, "argv", ["benchtwin", "measure", ".", "--out", str(tmp_path / "o")]
     )

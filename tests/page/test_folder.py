@@ -6,6 +6,7 @@ import os
 
 import pytest
 
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.page.folder import (
     MARK,
     RESULTS,
@@ -13,7 +14,6 @@ from benchtwin.page.folder import (
     Refused,
     clean_name,
     whole_folder,
-    write_durably,
 )
 
 OUT = (
@@ -114,7 +114,7 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space"):
-        write_durably(file, b"new")
+        write_whole(file, b"new")
     assert file.read_text() == "old" and list(tmp_path.iterdir()) == [file]
 
 

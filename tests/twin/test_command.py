@@ -3,16 +3,10 @@ kept."""
 
 import pytest
 
+from benchtwin.bench.exits import DONE, FAILED, MISUSED, Misuse
 from benchtwin.bench.whole_file import write_whole
-from benchtwin.twin.command import (
-    DONE,
-    FAILED,
-    MISUSED,
-    Misuse,
-    check_bench,
-    check_out,
-    exit_code,
-)
+from benchtwin.command_line import exit_code
+from benchtwin.twin.command import check_bench, check_out
 
 
 def raising(error):

@@ -237,12 +237,12 @@ def test_window_roi_and_baseline_reach_the_measurement(run, photos, tmp_path):
 
 
 def test_no_half_results_are_left_behind(run, photos, tmp_path, monkeypatch):
-    from benchtwin.measure import command
+    from benchtwin.measure import measured
 
     def broken(*args, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "observe_or_fail", broken)
+    monkeypatch.setattr(measured, "observe_or_fail", broken)
     assert run(photos, "--out", tmp_path / "out").exit_code == 1
     assert sorted(p.name for p in tmp_path.iterdir()) == [photos.name]
 

@@ -4,7 +4,6 @@ whoever has it, or recorded as failed."""
 import errno
 import math
 import os
-import shutil
 import socket
 import time
 import traceback
@@ -13,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from filelock import Timeout
+
 from benchtwin.sim.lammps.program import Unavailable
-from benchtwin.twin.campaign import claims
 from benchtwin.twin.campaign.results import Measured, Outcome
 from benchtwin.twin.campaign.store import Store, open_store
 from benchtwin.twin.campaign.work import thin
@@ -31,7 +31,7 @@ class Order:
     job.
 
     since_s: when the campaign began, by the store's clock; failures recorded later
-    count. retry_failed: earlier ones do not."""
+    count. retry_failed: earlier ones do not. wait: for who has the job."""
 
     root: str
     id: str
@@ -40,7 +40,7 @@ class Order:
     threads: int
     since_s: float
     retry_failed: bool
-    stale_s: float = claims.STALE_S
+    wait: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,32 +70,21 @@ def attempt(order: Order, job: Any, key: str) -> Reply:
         )
     try:
         store = open_store(Path(order.root), id=order.id)
-        return _attempt(store, order, job)
+        # asked once the claim is ours: a winner releases it after publishing
+        with store.claim(key, wait=order.wait):
+            known = recorded(store, order, key)
+            return Reply(key, known) if known else _compute(store, order, job)
+    except Timeout:
+        return Reply(key, busy=True)
     except OSError as error:  # what a job raises is recorded; this is the store
         why = error.strerror or str(error)
         return Reply(
-            job.key,
+            key,
             stop=(
                 f"{order.root}: cannot be written by {socket.gethostname()}: {why}"
                 f" ({error.filename or 'data'})"
             ),
         )
-
-
-def _attempt(store: Store, order: Order, job) -> Reply:
-    claim = claims.take(store.claimed, job.key, stale_s=order.stale_s)
-    if claim is None:
-        return Reply(job.key, busy=True)
-    try:
-        with claims.beating(claim):
-            # asked once the claim is ours: a winner releases it after publishing
-            known = recorded(store, order, job.key)
-            if known is not None:
-                return Reply(job.key, known)
-            return _compute(store, order, job, claim)
-    finally:
-        shutil.rmtree(store.part(claim), ignore_errors=True)
-        claim.release()
 
 
 def recorded(store: Store, order: Order, key: str) -> Outcome | None:
@@ -106,29 +95,27 @@ def recorded(store: Store, order: Order, key: str) -> Outcome | None:
     ) or store.failure(key, lasting=not again, since_s=order.since_s)
 
 
-def _compute(store: Store, order: Order, job, claim: claims.Claim) -> Reply:
-    folder = store.part(claim) / job.key
-    folder.parent.mkdir(parents=True)
+def _compute(store: Store, order: Order, job: Any) -> Reply:
     begin = time.perf_counter()
-    try:
-        measured = order.work(job, folder, order.threads)
-        _check_numbers(measured)
-        thin(folder, measured, order.keep)
-    except Exception as error:  # whatever ends one job must not end the others
-        if is_of_the_store(error, order.root):
-            raise
-        # taken for dead (a machine asleep): its part may have been swept from under it
-        if not claim.is_valid():
-            return Reply(job.key, busy=True)
-        outcome = store.put_failure(claim, _failure(order, job, error))
+    with store.part(job.key) as part:
+        folder = Path(part) / job.key
+        try:
+            measured = order.work(job, folder, order.threads)
+            _check_numbers(measured)
+            thin(folder, measured, order.keep)
+        except Exception as error:  # whatever ends one job must not end the others
+            if is_of_the_store(error, order.root):
+                raise
+            outcome = store.put_failure(job.key, _failure(order, job, error))
+            return Reply(job.key, outcome, computed=True)
+        seconds = time.perf_counter() - begin - measured.warming_s
+        more = {
+            "kept": order.keep,
+            "host": socket.gethostname(),
+            "work": name_of(order.work),
+        }
+        outcome = store.put(folder, job, measured, seconds, more)
         return Reply(job.key, outcome, computed=True)
-    more = {
-        "kept": order.keep,
-        "host": socket.gethostname(),
-        "work": name_of(order.work),
-    }
-    seconds = time.perf_counter() - begin - measured.warming_s
-    return Reply(job.key, store.put(claim, job, measured, seconds, more), computed=True)
 
 
 def is_of_the_store(error: Exception, root: str) -> bool:
@@ -147,7 +134,7 @@ def _check_numbers(measured: Measured) -> None:
             raise ValueError(f"{m.name} = {m.value}: a number was expected")
 
 
-def _failure(order: Order, job, error: Exception) -> dict:
+def _failure(order: Order, job: Any, error: Exception) -> dict:
     return {
         "reason": f"{type(error).__name__}: {error}",
         "lasting": not isinstance(

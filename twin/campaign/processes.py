@@ -5,9 +5,14 @@ import os
 import signal
 import threading
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import Connection
+from concurrent.futures import (
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.process import BaseProcess
 from typing import Any
 
@@ -20,13 +25,13 @@ class WorkerDied(RuntimeError):
 
 class Processes(Executor):
     """So many processes, each with a thread here that hands it one job after the other.
-    A job whose process dies begins again in another."""
+    A job whose process dies begins again in another: a pool of several would end with
+    the first of them."""
 
     def __init__(self, count: int) -> None:
-        self.count = count
-        self._threads = ThreadPoolExecutor(count, "campaign")
-        self._mine = threading.local()  # each thread's pipe
-        self._started: list[BaseProcess] = []
+        self._threads = ThreadPoolExecutor(count, "campaign", _hide_interrupts)
+        self._mine = threading.local()  # each thread's pool of one process
+        self._started: set[BaseProcess] = set()
         self._starting = threading.Lock()
         self._closed = False
 
@@ -38,68 +43,57 @@ class Processes(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
         """End the processes at once, whatever they are doing."""
-        self._threads.shutdown(wait=False, cancel_futures=cancel_futures)
         with self._starting:
             self._closed = True
+        self._threads.shutdown(wait=False, cancel_futures=cancel_futures)
         for process in self._started:
             process.kill()
         for process in self._started if wait else ():
             process.join()
+        self._threads.shutdown(wait)
 
-    def _done(self, *work: Any) -> Any:
+    def _done(self, work: Callable[..., Any], args: tuple, kwargs: dict) -> Any:
         for _ in range(LIVES):
+            pool = getattr(self._mine, "pool", None) or self._start()
             try:
-                pipe = self._pipe()
-                pipe.send(work)
-                came, answer = pipe.recv()
-            except (EOFError, BrokenPipeError, ConnectionResetError):
-                self._mine.pipe = None
-                continue
-            if not came:
-                raise answer
-            return answer
+                return pool.submit(work, *args, **kwargs).result()
+            except BrokenProcessPool:
+                pool.shutdown()
+                self._mine.pool = None
         raise WorkerDied(
             "every worker process that ran it died (memory, or a crash in compiled"
             " code)"
         )
 
-    def _pipe(self) -> Connection:
-        """The pipe to this thread's process, which is started if need be."""
-        if getattr(self._mine, "pipe", None) is None:
-            spawn = get_context("spawn")
-            ours, theirs = spawn.Pipe()
-            with self._starting:
-                if self._closed:
-                    raise WorkerDied("the campaign has ended")
-                # Ctrl-C in a terminal reaches the whole group; until it is ready the
-                # process would answer with a traceback of its own
-                signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-                process = spawn.Process(target=_serve, args=(theirs,), daemon=True)
-                process.start()
-                self._started.append(process)
-            theirs.close()
-            self._mine.pipe = ours
-        return self._mine.pipe
+    def _start(self) -> ProcessPoolExecutor:
+        """A process for this thread."""
+        with self._starting:
+            if self._closed:
+                raise WorkerDied("the campaign has ended")
+            before = set(active_children())
+            pool = ProcessPoolExecutor(1, get_context("spawn"), _begin)
+            pool.submit(os.getpid)  # starts it
+            self._started |= set(active_children()) - before
+        self._mine.pool = pool
+        return pool
 
 
-def _serve(pipe: Connection) -> None:
-    """A worker's life: jobs in, answers out, until who started it is gone."""
+def _hide_interrupts() -> None:
+    """Ctrl-C in a terminal reaches the whole group; until it is ready, a process that
+    this thread starts would answer with a traceback of its own."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+def _begin() -> None:
+    """A worker's beginning: one BLAS thread, deaf to Ctrl-C, gone with who started
+    it."""
     import scipy.linalg  # noqa: F401  # only a library that is loaded is limited
     from threadpoolctl import threadpool_limits
 
+    threadpool_limits(1, user_api="blas")
     signal.signal(signal.SIGINT, lambda *_: None)  # unlike SIG_IGN, not handed on
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with threadpool_limits(1, user_api="blas"):
-        while True:
-            try:
-                work, args, kwargs = pipe.recv()
-                answer = True, work(*args, **kwargs)
-            except EOFError:
-                return
-            except Exception as error:
-                answer = False, RuntimeError(f"{type(error).__name__}: {error}")
-            pipe.send(answer)
 
 
 def _end_with_parent() -> None:

@@ -10,8 +10,9 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from filelock import Timeout
+
 from benchtwin.sim.lammps.program import cores_here
-from benchtwin.twin.campaign import claims
 from benchtwin.twin.campaign.attempt import Order, Reply, Work, attempt, recorded
 from benchtwin.twin.campaign.cluster import Workers, joined, local
 from benchtwin.twin.campaign.interrupt import kept_interrupt
@@ -20,7 +21,7 @@ from benchtwin.twin.campaign.results import DONE, Outcome, Results, in_order
 from benchtwin.twin.campaign.store import CampaignStopped, Store, open_store
 from benchtwin.twin.campaign.work import KEEP, simulate_and_measure
 
-LOOK_S = 0.5  # how often jobs of other campaigns are asked for, and progress is told
+LOOK_S = 0.5  # how often progress is told
 
 
 def run_campaign(jobs: Sequence, store: str | Path, **options: Any) -> Results:
@@ -51,7 +52,6 @@ def stream_campaign(
     keep: str = "photos",
     retry_failed: bool = False,
     work: Work = simulate_and_measure,
-    stale_s: float = claims.STALE_S,
 ) -> Iterator[Outcome]:
     """Outcomes as they come, one a key: first what the store has, then what is
     computed.
@@ -62,8 +62,7 @@ def stream_campaign(
     outcomes, and every LOOK_S. keep: which pictures stay (`work.KEEP`). retry_failed:
     run again what failed or could not be measured in an earlier call; failures of the
     machine (memory, files) always are. work(job, folder, threads): what a job does,
-    importable by the workers. stale_s: silence after which a job's owner on another
-    machine is taken for dead. Raises CampaignStopped when the store cannot be written
+    importable by the workers. Raises CampaignStopped when the store cannot be written
     or the workers are gone, ValueError for an unknown option."""
     if keep not in KEEP:
         raise ValueError(f"keep = {keep!r}: one of {', '.join(KEEP)}")
@@ -72,7 +71,7 @@ def stream_campaign(
     opened = _opened(store)
     by_key = {job.key: job for job in jobs}
     order = Order(
-        str(opened.root), opened.id, work, keep, 1, _now(opened), retry_failed, stale_s
+        str(opened.root), opened.id, work, keep, 1, _now(opened), retry_failed
     )
     tally = Tally({key: _kind(job) for key, job in by_key.items()})
     for key, outcome in opened.find(by_key).items():
@@ -134,18 +133,26 @@ class _Run:
             self.order, threads=threads_each(len(todo), self.workers.cores)
         )
         self.jobs = {job.key: job for job in todo}
-        self.submit(todo)
+        self.submit(list(self.jobs))
         while self.tally.open:
             self.check_interrupt()
             yield from self.settle(self.replies())
+            if self.elsewhere and not self.keys:  # nothing else is left to do
+                self.order = replace(self.order, wait=True)
+                self.submit(sorted(self.elsewhere))
             if time.monotonic() - self.looked > LOOK_S:
-                yield from self.look()
+                self.slots, self.looked = self.workers.slots(), time.monotonic()
+                self.tell()
 
-    def submit(self, jobs: list) -> None:
-        for job in jobs:
-            future = self.workers.executor.submit(attempt, self.order, job, job.key)
-            self.keys[future] = job.key
+    def submit(self, keys: list[str]) -> None:
+        for key in keys:
+            job = self.jobs[key]
+            future = self.workers.executor.submit(attempt, self.order, job, key)
+            self.keys[future] = key
             future.add_done_callback(self.ended.put)
+
+    def tell(self) -> None:
+        self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
 
     def cancel(self) -> None:
         """Take back what no worker has begun."""
@@ -176,60 +183,33 @@ class _Run:
             return self.failed(key, f"{type(error).__name__}: {error}")
 
     def failed(self, key: str, reason: str) -> Reply:
-        claim = claims.take(self.store.claimed, key, stale_s=self.order.stale_s)
-        if claim is None:
-            return Reply(key, busy=True)
-        told = {
-            "reason": reason,
-            "lasting": False,
-            "input": self.jobs[key].input,
-        }
+        told = {"reason": reason, "lasting": False, "input": self.jobs[key].input}
         try:
-            return Reply(key, self.store.put_failure(claim, told))
+            with self.store.claim(key):
+                return Reply(key, self.store.put_failure(key, told))
+        except Timeout:
+            return Reply(key, busy=True)
         except OSError as error:
             return Reply(key, stop=f"{self.store.root}: cannot be written: {error}")
-        finally:
-            claim.release()
 
     def settle(self, replies: list[Reply]) -> Iterator[Outcome]:
         """Take replies in: outcomes go out, busy jobs are waited for; CampaignStopped
         when nothing can be stored."""
-        done = [
-            (reply.outcome, reply.computed)
-            for reply in replies
-            if reply.outcome is not None
-        ]
-        self.elsewhere |= {reply.key for reply in replies if reply.busy}
-        for outcome, computed in done:
-            self.tally.add(outcome, found=not computed)
-        if done:
-            self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
-        yield from (outcome for outcome, _ in done)
+        for reply in replies:
+            self.elsewhere.discard(reply.key)
+            if reply.busy:
+                self.elsewhere.add(reply.key)
+            elif reply.outcome is not None:
+                self.tally.add(reply.outcome, found=not reply.computed)
+        if replies:
+            self.tell()
+        yield from (reply.outcome for reply in replies if reply.outcome is not None)
         for reply in replies:
             if reply.stop:
                 raise CampaignStopped(
                     f"{reply.stop}; what is finished is kept, and the same call goes on"
                     " from there"
                 )
-
-    def look(self) -> Iterator[Outcome]:
-        """Ask the store for jobs that another campaign has, take back those whose
-        owners died, and tell the progress."""
-        self.slots, self.looked = self.workers.slots(), time.monotonic()
-        waiting = sorted(self.elsewhere)
-        found = {key: recorded(self.store, self.order, key) for key in waiting}
-        free = [
-            k
-            for k in waiting
-            if not found[k]
-            and not claims.holder(self.store.claimed, k, stale_s=self.order.stale_s)
-        ]
-        self.submit([self.jobs[key] for key in free])
-        self.elsewhere -= {*free, *(key for key, outcome in found.items() if outcome)}
-        yield from self.settle(
-            [Reply(key, outcome) for key, outcome in found.items() if outcome]
-        )
-        self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
 
 
 def threads_each(jobs: int, cores: int) -> int:

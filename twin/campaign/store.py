@@ -5,8 +5,8 @@ there is whole; elsewhere it is not there.
                              they see the same
     runs/KEY/                recording.toml, simulation.json, …, measurements.json
     failed/KEY.json          why a job failed
-    claims/KEY.N             who is computing it (claims.py)
-    parts/KEY.TOKEN/         where it is computed, until it is moved to runs/
+    claims/KEY               locked by who is computing it
+    parts/KEY.…/             where it is computed, until it is moved to runs/
 
 measurements.json is what counts and is on the disk (fsync) before the folder is moved;
 the other files of a run may be lost to a power cut seconds after it. A run whose
@@ -19,13 +19,17 @@ import os
 import shlex
 import shutil
 import sys
+import tempfile
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from benchtwin.twin.campaign import claims
+from filelock import FileLock, Timeout
+
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.campaign.results import (
     DONE,
     FAILED,
@@ -52,13 +56,23 @@ class Store:
     root: Path
     id: str
 
-    @property
-    def claimed(self) -> Path:
-        return self.root / "claims"
+    @contextmanager
+    def claim(self, key: str, *, wait: bool = False) -> Iterator[None]:
+        """Held by whoever computes a job, on whatever machine that sees the store; the
+        system releases it when the process dies. Where another holds it, it is waited
+        for, or `filelock.Timeout` raised at once."""
+        file = self.root / "claims" / key
+        with FileLock(file, timeout=-1 if wait else 0):
+            try:
+                yield
+            finally:
+                file.unlink(missing_ok=True)  # whoever waits for it makes a new one
 
-    def part(self, claim: claims.Claim) -> Path:
-        """The temporary folder of a claim."""
-        return self.root / "parts" / f"{claim.key}.{claim.token}"
+    def part(self, key: str) -> tempfile.TemporaryDirectory[str]:
+        """A new folder in which a job is computed; it goes with the block."""
+        return tempfile.TemporaryDirectory(
+            prefix=f"{key}.", dir=self.root / "parts", ignore_cleanup_errors=True
+        )
 
     def find(self, keys: Iterable[str]) -> dict[str, Outcome]:
         """What there is of these keys: finished runs, else failures. Two listings, then
@@ -113,59 +127,47 @@ class Store:
             return None
 
     def put(
-        self,
-        claim: claims.Claim,
-        job: Any,
-        measured: Measured,
-        seconds: float,
-        more: dict,
+        self, folder: Path, job: Any, measured: Measured, seconds: float, more: dict
     ) -> Outcome:
-        """Write measurements.json into the claim's part and move it to runs/; what was
-        measured there meanwhile stands."""
-        folder = self.part(claim) / claim.key
+        """Write measurements.json into the folder that a job was computed in, and move
+        it to runs/; what was measured there meanwhile stands."""
+        final = self.root / "runs" / job.key
         folder.mkdir(parents=True, exist_ok=True)
         told = {
             "schema": 1,
-            "key": claim.key,
+            "key": job.key,
             "input": job.input,
             "measurements": [_plain(asdict(m)) for m in measured.measurements],
             "truth": _plain(measured.truth),
             "notes": list(measured.notes),
-            "reason": measured.reason.replace(
-                str(folder), str(self.root / "runs" / claim.key)
-            ),  # where it can be looked at
+            # where it can be looked at
+            "reason": measured.reason.replace(str(folder), str(final)),
             "seconds": round(seconds, 3),
             **more,
         }
         text = json.dumps(told, indent=1, allow_nan=False)
-        _write(folder / MEASUREMENTS, text, durable=True)
-        final = self.root / "runs" / claim.key
+        write_whole(folder / MEASUREMENTS, text)
         try:
             folder.rename(final)
         except OSError as error:
             if error.errno not in TAKEN:
                 raise
-            standing = self.finished(claim.key)
+            standing = self.finished(job.key)
             # torn by a power cut, or measured anew: removed with the part
             if standing is None or standing.status == UNMEASURED:
-                final.rename(self.part(claim) / "before")
+                final.rename(folder.with_name("before"))
                 folder.rename(final)
-        (self.root / "failed" / f"{claim.key}.json").unlink(missing_ok=True)
-        outcome = self.finished(claim.key)
+        (self.root / "failed" / f"{job.key}.json").unlink(missing_ok=True)
+        outcome = self.finished(job.key)
         if outcome is None:
             raise OSError(f"{final}: what was written there cannot be read")
         return outcome
 
-    def put_failure(self, claim: claims.Claim, told: dict) -> Outcome:
+    def put_failure(self, key: str, told: dict) -> Outcome:
         """Record why a job failed (reason, lasting, …)."""
-        part = self.part(claim)
-        part.mkdir(parents=True, exist_ok=True)
-        _write(
-            part / "failed.json",
-            json.dumps({"schema": 1, "key": claim.key, **told}, indent=1),
-        )
-        (part / "failed.json").replace(self.root / "failed" / f"{claim.key}.json")
-        return self._failed(claim.key, told)
+        text = json.dumps({"schema": 1, "key": key, **told}, indent=1)
+        write_whole(self.root / "failed" / f"{key}.json", text)
+        return self._failed(key, told)
 
     def _failed(self, key: str, told: dict) -> Outcome:
         return Outcome(
@@ -173,20 +175,18 @@ class Store:
         )
 
     def now_s(self) -> float:
-        """Time by the store's clock, to compare with `failure`'s."""
-        return claims.clock(self.root / "parts")
+        """Time by the clock of the drive, to compare with `failure`'s; that of this
+        machine may go wrong beside it."""
+        with tempfile.TemporaryFile(dir=self.root / "parts") as file:
+            return os.fstat(file.fileno()).st_mtime
 
     def sweep(self) -> None:
         """Remove half-written folders and claims of processes that have died."""
-        parts = [
-            p for p in (self.root / "parts").iterdir() if not p.name.startswith(".")
-        ]
-        # after the listing: a part is made when its claim stands
-        alive = claims.live_tokens(self.claimed)
-        for part in parts:
-            if part.name.rpartition(".")[2] not in alive:
-                shutil.rmtree(part, ignore_errors=True)
-        claims.remove_dead(self.claimed)
+        left = [*(self.root / "parts").iterdir(), *(self.root / "claims").iterdir()]
+        for key in {path.name.partition(".")[0] for path in left}:
+            with suppress(Timeout), self.claim(key):
+                for part in (self.root / "parts").glob(f"{key}.*"):
+                    shutil.rmtree(part, ignore_errors=True)
 
 
 def rerun_command(root: Path, key: str) -> str:
@@ -204,18 +204,9 @@ def open_store(root: Path, *, id: str | None = None) -> Store:
     if id is None:
         for name in FOLDERS:
             (root / name).mkdir(parents=True, exist_ok=True)
-        if not _id_in(file):
-            mine = root / "parts" / f".campaign-{uuid.uuid4().hex}.json"
-            _write(
-                mine, json.dumps({"schema": 1, "id": uuid.uuid4().hex}), durable=True
-            )
-            try:
-                # the first of two that open a new store at once decides its id
-                os.link(mine, file)
-            except OSError:  # a file system without links, or a file that is spoilt
-                if not _id_in(file):
-                    mine.replace(file)
-            mine.unlink(missing_ok=True)
+        with FileLock(root / ".campaign.lock"):  # the first of two decides the id
+            if not _id_in(file):
+                write_whole(file, json.dumps({"schema": 1, "id": uuid.uuid4().hex}))
     found = _id_in(file)
     if not found:
         raise FileNotFoundError(errno.ENOENT, "no campaign store here", str(root))
@@ -233,14 +224,6 @@ def _id_in(file: Path) -> str:
     except (OSError, ValueError, KeyError, TypeError):
         return ""
     return found if isinstance(found, str) else ""
-
-
-def _write(file: Path, text: str, *, durable: bool = False) -> None:
-    with file.open("w", encoding="utf8") as out:
-        out.write(text)
-        if durable:
-            out.flush()
-            os.fsync(out.fileno())
 
 
 def _plain(told: dict) -> dict:

@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
+
+from filelock import FileLock, Timeout
 
 from benchtwin.bench.rigs import variant_of
 from benchtwin.twin.campaign.results import Measured, Measurement
@@ -88,21 +90,16 @@ class Warming:
     long that was [s]; 0 for later ones."""
 
     kernels: str
-    lock: IO | None
+    lock: FileLock | None
     begin: float
     took_s: float = 0.0
 
     def over(self) -> None:
         """The kernels are compiled: whoever waits for them may load them."""
-        if self.lock is not None:
+        if self.lock is not None and self.kernels not in _compiled:
             _compiled.add(self.kernels)
             self.took_s = time.perf_counter() - self.begin
-            self.close()
-
-    def close(self) -> None:
-        if self.lock is not None:
-            self.lock.close()  # and with it the lock
-            self.lock = None
+            self.lock.release()
 
 
 @contextmanager
@@ -112,30 +109,15 @@ def one_compiles(kernels: str) -> Iterator[Warming]:
 
     `over()` of what it yields is to be called as soon as they are compiled. Waits at
     most LONGEST_WAIT_S: the lock saves work, and no more depends on it."""
-    begin = time.perf_counter()
-    warming = Warming(
-        kernels, None if kernels in _compiled else _locked(kernels), begin
-    )
-    try:
-        yield warming
-    finally:
-        warming.close()
-
-
-def _locked(kernels: str) -> IO:
-    """The open lock file, locked, beside the kernels; without locks on this system, or
-    after LONGEST_WAIT_S, just open."""
     from benchtwin.sim.engine.compiled import cache_folder
 
-    file = (cache_folder() / f"{kernels}.lock").open("a")
-    with suppress(ImportError):
-        import fcntl
-
-        until = time.monotonic() + LONGEST_WAIT_S
-        while time.monotonic() < until:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except OSError:
-                time.sleep(0.05)
-    return file
+    begin, lock = time.perf_counter(), None
+    if kernels not in _compiled:
+        lock = FileLock(cache_folder() / f"{kernels}.lock")
+        with suppress(Timeout):
+            lock.acquire(timeout=LONGEST_WAIT_S)
+    try:
+        yield Warming(kernels, lock, begin)
+    finally:
+        if lock is not None:
+            lock.release()

@@ -2,6 +2,7 @@
 parameters' names, or the paper's optimum."""
 
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +20,32 @@ PARAMETERS = (
 )
 
 
-def read_rows(file: Path | None) -> tuple[list[dict[str, Any]], list[str]]:
-    """Values by name, a dict a row, and the columns that are no parameters; [{}] (the
-    defaults) without a file.
+Row = dict[str, Any]
 
-    ValueError names a file, row and column that cannot be used.
-    """
-    if file is None:
-        return [{}], []
+
+def rows_of(
+    rows: str | Path | Sequence[Mapping[str, float]] | None,
+) -> tuple[list[Row], list[str]]:
+    """Values by name, a dict a row, and the columns of a file that are no parameters;
+    [{}] (the defaults) without any. ValueError for what cannot be used."""
+    if isinstance(rows, str | Path):
+        return read_rows(Path(rows))
+    return [_checked(row) for row in rows or ()] or [{}], []
+
+
+def _checked(row: Mapping[str, float]) -> Row:
+    """A row of parameters; ValueError for a name or a number that is none."""
+    if wrong := [name for name in row if name not in PARAMETERS]:
+        there = ", ".join(PARAMETERS)
+        raise ValueError(f"rows: no parameter {wrong[0]!r}; there are {there}")
+    numbers: Row = {name: float(value) for name, value in row.items()}
+    Parameters(**numbers)  # so that it is refused now
+    return numbers
+
+
+def read_rows(file: Path) -> tuple[list[Row], list[str]]:
+    """The rows of a CSV, and its columns that are no parameters. ValueError names a
+    file, row and column that cannot be used."""
     try:
         table = pd.read_csv(file, dtype=str, keep_default_na=False)
     except OSError as error:
@@ -41,9 +60,7 @@ def read_rows(file: Path | None) -> tuple[list[dict[str, Any]], list[str]]:
         )
     rows = []
     for number, values in enumerate(table[used].to_dict("records"), start=2):
-        row: dict[str, Any] = {
-            str(name): _number(value) for name, value in values.items()
-        }
+        row: Row = {str(name): _number(value) for name, value in values.items()}
         wrong = [
             f"{name} = {values[name]!r}: a number is needed in every row"
             for name in used
@@ -68,7 +85,7 @@ def _number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def label(row: dict[str, Any]) -> str:
+def label(row: Row) -> str:
     """A row in a word or two: only what it states."""
     short = {name: "".join(word[0] for word in name.split("_")) for name in PARAMETERS}
     return (

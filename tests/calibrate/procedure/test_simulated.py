@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from stand_in import TRUE, StandIn, angle, write_bench
+from stand_in import TRUE, StandIn, angle, calibrate_command, write_bench
 
-from benchtwin import calibrate_command as calibrate_module
+from benchtwin import calibrating
+from benchtwin.bench.exits import DONE, FAILED, MISUSED
 from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure import joint, parameters
 from benchtwin.calibrate.procedure.calibration import DOUBTFUL, UNRESOLVED
@@ -20,8 +21,6 @@ from benchtwin.calibrate.procedure.effort import FULL, QUICK
 from benchtwin.calibrate.procedure.rigs import PILE, RANGES, SEED_FACTORS
 from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run, _begun, seed_numbers
-from benchtwin.calibrate_command import Asked, calibrate_command
-from benchtwin.twin.command import DONE, FAILED, MISUSED
 
 EASY = replace(QUICK, draws=200)  # of the posterior: enough for what is asked here
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
@@ -177,8 +176,8 @@ def test_one_reading_takes_the_scatter_of_simulated_runs(spoilt):
 def test_runs_that_fail_are_named_with_how_to_run_one_alone(
     bench, tmp_path, capsys, few_draws
 ):
-    asked = Asked(bench, tmp_path / "out", quick=True)
-    assert calibrate_command(asked, StandIn(fails=("pile",))) == DONE
+    asked = dict(bench=bench, out=tmp_path / "out", quick=True)
+    assert calibrate_command(simulator=StandIn(fails=("pile",)), **asked) == DONE
     said = capsys.readouterr().out
     assert (
         f"not calibrated: pile: pile: 0 of {QUICK.design} simulated runs could be"
@@ -186,8 +185,10 @@ def test_runs_that_fail_are_named_with_how_to_run_one_alone(
     )
     assert (
         calibrate_command(
-            Asked(bench, tmp_path / "b", quick=True),
-            StandIn(fails=("drop", "slide", "roll", "pile")),
+            bench,
+            tmp_path / "b",
+            quick=True,
+            simulator=StandIn(fails=("drop", "slide", "roll", "pile")),
         )
         == FAILED
     )
@@ -247,7 +248,7 @@ def test_the_command_writes_a_report_after_every_rig_and_a_result_at_the_end(
             )
             return super().__call__(runs)
 
-    assert calibrate_command(Asked(bench, out, quick=True), Watching()) == DONE
+    assert calibrate_command(bench, out, quick=True, simulator=Watching()) == DONE
     assert states[0] == (False, False) and states[-1] == (True, False)
     assert "still running" not in (out / "report.html").read_text()
     told = json.loads((out / "result.json").read_text())
@@ -265,10 +266,10 @@ def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(
     def broken(out, page):
         raise ZeroDivisionError("no width")
 
-    monkeypatch.setattr(calibrate_module, "write_page", broken)
+    monkeypatch.setattr(calibrating, "write_page", broken)
     out = tmp_path / "out"
     assert (
-        calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn())
+        calibrate_command(bench, out, quick=True, quiet=True, simulator=StandIn())
         == FAILED
     )
     said = capsys.readouterr().err
@@ -338,11 +339,11 @@ def test_an_interrupted_calibration_can_go_on(bench, tmp_path, capsys, few_draws
                 raise KeyboardInterrupt
             return super().__call__(runs)
 
-    asked = Asked(bench, tmp_path / "out", quick=True, quiet=True)
-    assert calibrate_command(asked, Interrupted()) == FAILED
+    asked = dict(bench=bench, out=tmp_path / "out", quick=True, quiet=True)
+    assert calibrate_command(simulator=Interrupted(), **asked) == FAILED
     assert "goes on where it stopped" in capsys.readouterr().err
     assert "still running" in (tmp_path / "out" / "report.html").read_text()
-    assert calibrate_command(asked, StandIn()) == DONE
+    assert calibrate_command(simulator=StandIn(), **asked) == DONE
 
 
 @pytest.mark.parametrize(
@@ -362,7 +363,8 @@ def test_misuse_is_told_before_anything_is_simulated(
 ):
     simulator = StandIn()
     assert (
-        calibrate_command(Asked(bench, tmp_path / "out", **more), simulator) == MISUSED
+        calibrate_command(bench, tmp_path / "out", **more, simulator=simulator)
+        == MISUSED
     )
     assert (
         reason in capsys.readouterr().err
@@ -375,8 +377,8 @@ def test_the_papers_tables_simulated_anew_stand_beside_its_own(
     tmp_path, capsys, few_draws
 ):
     simulator, out = StandIn(packing_sd=0.2, own_sd=0.1), tmp_path / "out"
-    asked = Asked(PAPER, out, tables=True, twin=True, quick=True)
-    assert calibrate_command(asked, simulator) == DONE
+    asked = dict(bench=PAPER, out=out, tables=True, twin=True, quick=True)
+    assert calibrate_command(simulator=simulator, **asked) == DONE
     values = {r.values["restitution"] for r in simulator.runs if r.rig == "drop"}
     assert {0.45, 0.49, 0.53, 0.57, 0.61, 0.65} <= values
     beside = pd.read_csv(out / "tables" / "beside_tables.csv").set_index("item")
@@ -412,7 +414,13 @@ def test_the_papers_path_and_design_are_simulated_run_by_run(tmp_path, few_draws
     simulator, out = StandIn(packing_sd=0.2, own_sd=0.1), tmp_path / "out"
     assert (
         calibrate_command(
-            Asked(PAPER, out, tables=True, twin=True, quick=True, quiet=True), simulator
+            PAPER,
+            out,
+            tables=True,
+            twin=True,
+            quick=True,
+            quiet=True,
+            simulator=simulator,
         )
         == DONE
     )
@@ -452,8 +460,10 @@ def test_a_publications_steps_are_simulated_where_they_are_asked_for(
     bench, tmp_path, capsys, few_draws
 ):
     simulator, out = StandIn(), tmp_path / "out"
-    asked = Asked(bench, out, quick=True, quiet=True, method="surface")
-    assert calibrate_command(asked, simulator) == DONE and capsys.readouterr() == (
+    asked = dict(bench=bench, out=out, quick=True, quiet=True, method="surface")
+    assert calibrate_command(
+        simulator=simulator, **asked
+    ) == DONE and capsys.readouterr() == (
         "",
         "",
     )
@@ -475,13 +485,13 @@ def test_a_publications_steps_are_simulated_where_they_are_asked_for(
 
 
 def test_a_method_that_is_not_there_is_misuse(bench, tmp_path, capsys):
-    asked = Asked(bench, tmp_path / "out", method="taguchi")
-    assert calibrate_command(asked, StandIn()) == MISUSED
+    asked = dict(bench=bench, out=tmp_path / "out", method="taguchi")
+    assert calibrate_command(simulator=StandIn(), **asked) == MISUSED
     assert "--method taguchi: one of posterior, surface" in capsys.readouterr().err
 
 
 def test_results_are_not_written_among_the_recordings(bench, capsys):
-    assert calibrate_command(Asked(bench, bench / "out"), StandIn()) == MISUSED
+    assert calibrate_command(bench, bench / "out", simulator=StandIn()) == MISUSED
     assert "within the bench folder" in capsys.readouterr().err
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from stand_in import calibrate_command
 
+from benchtwin.bench.exits import DONE, FAILED, MISUSED
 from benchtwin.calibrate.export import read_result
 from benchtwin.calibrate.procedure import calibrate_tables, parameters
 from benchtwin.calibrate.procedure.calibration import BOUNDED, CALIBRATED, UNRESOLVED
-from benchtwin.calibrate_command import Asked, calibrate_command
-from benchtwin.twin.command import DONE, FAILED, MISUSED
 
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 PRINTED = {
@@ -37,9 +37,7 @@ def bench(tmp_path, few_draws):
 
 
 def run(bench, tmp_path, **options):
-    return calibrate_command(
-        Asked(bench, tmp_path / "out", **{"tables": True} | options)
-    )
+    return calibrate_command(bench, tmp_path / "out", **{"tables": True} | options)
 
 
 def test_the_papers_parameters_come_out_within_intervals(paper):
@@ -156,10 +154,7 @@ def test_a_folder_of_something_else_is_not_written_into(tmp_path, capsys):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").write_text("")
     assert run(PAPER, tmp_path) == MISUSED and "thesis.tex" in capsys.readouterr().err
-    assert (
-        calibrate_command(Asked(tmp_path / "no", tmp_path / "x", tables=True))
-        == MISUSED
-    )
+    assert calibrate_command(tmp_path / "no", tmp_path / "x", tables=True) == MISUSED
     assert "no such folder" in capsys.readouterr().err
 
 

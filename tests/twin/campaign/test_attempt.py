@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from campaign_stand_ins import Square, computed, nothing_half_written, square
 
-from benchtwin.twin.campaign import Measured, claims
+from benchtwin.twin.campaign import Measured
 from benchtwin.twin.campaign.attempt import Order, Reply
 from benchtwin.twin.campaign.attempt import attempt as attempt_as
 from benchtwin.twin.campaign.store import open_store
@@ -52,9 +52,8 @@ def test_a_job_is_computed_once(order, tmp_path):
 
 
 def test_a_job_that_another_process_has_is_left_to_it(order):
-    claim = claims.take(Path(order.root) / "claims", Square(3).key)
-    assert attempt(order, Square(3)).busy
-    claim.release()
+    with open_store(Path(order.root)).claim(Square(3).key):
+        assert attempt(order, Square(3)).busy
     assert attempt(order, Square(3)).outcome.status == "done"
 
 
@@ -157,17 +156,6 @@ def test_a_worker_of_another_version_stops(order):
     assert "another version of benchtwin" in reply.stop and not list(
         (Path(order.root) / "runs").iterdir()
     )
-
-
-def test_an_owner_taken_for_dead_leaves_the_job_to_its_successor(order):
-    def overtaken(job, folder, threads):
-        file = Path(order.root) / "claims" / f"{job.key}.0"
-        os.utime(file, (0, 0))
-        assert claims.take(file.parent, job.key) is not None
-        raise FileNotFoundError(2, "swept", str(folder))
-
-    reply = attempt(replace(order, work=overtaken), Square(3))
-    assert reply.busy and not list((Path(order.root) / "failed").iterdir())
 
 
 @pytest.mark.parametrize(

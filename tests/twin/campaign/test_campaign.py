@@ -25,7 +25,6 @@ from benchtwin.twin.campaign import (
     stream_campaign,
 )
 from benchtwin.twin.campaign.run import threads_each
-from benchtwin.twin.campaign.store import open_store
 from benchtwin.twin.job import Job
 
 SCRIPT = """
@@ -173,26 +172,23 @@ def test_a_job_whose_worker_dies_goes_to_another_and_is_given_up_at_last(
     assert nothing_half_written(tmp_path / "store")
 
 
-@pytest.mark.slow
-def test_a_job_of_a_machine_that_falls_silent_is_taken_over(tmp_path):
-    """Its claim is fresh when the campaign begins, so the job is left to it at
-    first."""
-    (claims := open_store(tmp_path / "store").claimed).joinpath(
-        f"{Square(2).key}.0"
-    ).write_text('{"machine": "another"}')
-    began, seen = time.monotonic(), []
-    jobs = [Square(1), Square(2)]
-    results = run_campaign(
-        jobs,
-        tmp_path / "store",
-        workers=1,
-        work=square,
-        stale_s=8.0,
-        progress=seen.append,
-    )
-    assert results.counts()["done"] == 2 and time.monotonic() - began > 8.0
+def test_a_job_of_another_campaign_is_left_to_it_and_taken_when_it_dies(tmp_path):
+    store, log = tmp_path / "store", tmp_path / "log"
+    other = campaign_process(tmp_path, store, log, 2, 3.0, workers=1)
+    assert other.stdout.readline()  # it has done the first job and is at the second
+    seen = []
+
+    def watch(progress) -> None:
+        seen.append(progress)
+        if progress.elsewhere:
+            other.kill()
+
+    jobs = [Square(n, str(log)) for n in range(2)]
+    results = run_campaign(jobs, store, workers=1, work=square, progress=watch)
+    other.communicate()
+    assert results.counts()["done"] == 2 and computed(log) == [job.key for job in jobs]
     assert any(p.elsewhere == 1 and p.finished == 1 for p in seen)
-    assert list(claims.iterdir()) == []
+    assert nothing_half_written(store)
 
 
 def test_a_full_disk_stops_the_campaign_and_keeps_what_is_done(tmp_path):

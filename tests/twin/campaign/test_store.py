@@ -3,14 +3,14 @@
 import contextlib
 import json
 import math
-import os
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from campaign_stand_ins import Square, nothing_half_written, square
 
-from benchtwin.twin.campaign import Measured, Measurement, claims
+from benchtwin.twin.campaign import Measured, Measurement
 from benchtwin.twin.campaign.store import open_store
 
 
@@ -20,12 +20,10 @@ def store(tmp_path):
 
 
 def put(store, job, measured=None):
-    claim = claims.take(store.claimed, job.key)
-    folder = store.part(claim) / job.key
-    done = square(job, folder, 1)
-    outcome = store.put(claim, job, measured or done, 1.25, {"kept": "all"})
-    claim.release()
-    return outcome
+    with store.claim(job.key), store.part(job.key) as part:
+        done = square(job, Path(part) / job.key, 1)
+        folder = Path(part) / job.key
+        return store.put(folder, job, measured or done, 1.25, {"kept": "all"})
 
 
 def test_numbers_come_back_bit_for_bit(store):
@@ -55,14 +53,14 @@ def test_a_run_is_never_seen_in_part(store):
             with contextlib.suppress(FileNotFoundError):
                 seen.append(len(list(final.iterdir())))
 
-    claim = claims.take(store.claimed, Square(3).key)
-    folder = store.part(claim) / claim.key
-    folder.mkdir(parents=True)
-    for n in range(500):
-        (folder / f"{n}.png").touch()
-    reader = threading.Thread(target=look)
-    reader.start()
-    store.put(claim, Square(3), Measured(), 1.0, {})
+    with store.part(Square(3).key) as part:
+        folder = Path(part) / Square(3).key
+        folder.mkdir()
+        for n in range(500):
+            (folder / f"{n}.png").touch()
+        reader = threading.Thread(target=look)
+        reader.start()
+        store.put(folder, Square(3), Measured(), 1.0, {})
     time.sleep(0.05)
     over.set()
     reader.join()
@@ -98,34 +96,12 @@ def test_what_could_not_be_measured_is_found_unless_it_is_to_be_done_again(store
 
 def test_a_success_takes_back_the_failure(store):
     job = Square(3)
-    claim = claims.take(store.claimed, job.key)
-    store.put_failure(claim, {"reason": "r", "lasting": True})
-    claim.release()
+    store.put_failure(job.key, {"reason": "r", "lasting": True})
     assert store.find([job.key])[job.key].reason == "r"
     put(store, job)
     assert store.find([job.key])[job.key].status == "done" and not list(
         (store.root / "failed").iterdir()
     )
-
-
-def test_the_sweep_removes_what_the_dead_left_and_nothing_else(store):
-    live = claims.take(store.claimed, "live")
-    (store.part(live) / "live").mkdir(parents=True)
-    dead = claims.Claim(store.claimed, "dead", 0, "token")
-    dead.file.write_text(
-        json.dumps(
-            {
-                "token": "token",
-                "machine": claims._machine(),
-                "pid": os.getpid(),
-                "started": 0.0,
-            }
-        )
-    )
-    (store.part(dead) / "dead" / "frames").mkdir(parents=True)
-    store.sweep()
-    assert [p.name for p in (store.root / "parts").iterdir()] == [f"live.{live.token}"]
-    assert [p.name for p in store.claimed.iterdir()] == ["live.0"]
 
 
 def test_another_store_is_refused(store, tmp_path):

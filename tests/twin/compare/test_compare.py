@@ -13,7 +13,7 @@ from benchtwin.command_line import app
 from benchtwin.sim.lammps import program
 from benchtwin.twin.compare.differences import ALL, QUANTITIES, differences, verdict
 from benchtwin.twin.compare.picture import page
-from benchtwin.twin.compare.rows import label, read_rows
+from benchtwin.twin.compare.rows import label, read_rows, rows_of
 
 ROOT = Path(__file__).parents[3]
 needs_lammps = pytest.mark.skipif(
@@ -128,7 +128,7 @@ def test_the_papers_path_is_read_and_other_columns_are_named():
         "seed_rolling_friction": 0.01,
     }
     assert ignored == ["group", "repose_angle_deg", "relative_error_percent"]
-    assert label(rows[0]) == "sr 0.45, ssf 0.2, srf 0.01" and read_rows(None) == (
+    assert label(rows[0]) == "sr 0.45, ssf 0.2, srf 0.01" and rows_of(None) == (
         [{}],
         [],
     )
