@@ -35,7 +35,6 @@ from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import (
     NOTHING_RISES,
     TOE,
-    TWO_PILES,
     BaseLine,
     Heap,
     find_heap,
@@ -57,9 +56,13 @@ OTHERWISE = (
     "by colour and texture another part of the picture, or more, is the pile: name it"
     " by --roi"
 )
+UNSURE = (
+    "what was taken for the pile (see the overlay) may be less than it, or more: name"
+    " it by --roi"
+)
 NO_LINE = "the surface is too rough or too short for a line"
-# of a region that is measured, with a doubt, where there is no smooth background
-LEAST_CONFIDENCE = 0.6
+# of a heap's form and colours where there is nothing else: half of what is enough
+LEAST_CONFIDENCE = NO_SEEDS / 2
 # shares of the heap's height and area by which two segmentations of one heap may differ
 MOST_APART, MOST_AREA = (0.1, 0.15)
 # shares of the picture: a foot that is nearer to its border is cut by it
@@ -170,10 +173,14 @@ def measure_repose(
     found = replace(found, quantities=tuple(map(if_known, found.quantities)))
     main = found.quantities[0]
     # without the texture of seeds none tells which way is up
-    textured = region is None or not NO_SEEDS <= region.confidence < LEAST_CONFIDENCE
+    textured = region is None or not NO_SEEDS <= region.confidence < 1
     if main.quality == GOOD or not textured:
         return found
     return found.doubted(_lies(region))
+
+
+def _doubtful(found: Repose) -> bool:
+    return found.quantities[0].quality != GOOD
 
 
 def if_known(q: Quantity) -> Quantity:
@@ -196,30 +203,43 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     seeds = replace(photo, seeds_only=True)
     by_hand = options.roi is not None or options.baseline is not None
     if isinstance(smooth, Repose):
-        enough = 1.0 if smooth.quantities[0].quality == GOOD else LEAST_CONFIDENCE
+        enough = NO_SEEDS if _doubtful(smooth) else 1.0
     else:
-        enough = (
-            0.0 if by_hand else LEAST_CONFIDENCE if smooth == TWO_PILES else NO_SEEDS
-        )
+        enough = 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
     if isinstance(smooth, Repose):
-        # the more exact one: its edges are read off the full picture
-        first = _of_mask(seeds, region, region.first)
-        if isinstance(first, Repose) and _same_heap(smooth, first, 0.0):
-            return _widened(smooth, [first])
-    segmented = _of_region(seeds, region)
-    if isinstance(smooth, Repose):
-        if isinstance(segmented, Repose) and _same_heap(
-            smooth, segmented, _apart(region)
+        for seen, apart in (
+            (lambda: _of_mask(seeds, region, region.first), 0.0),
+            (lambda: _of_region(seeds, region), _apart(region)),
         ):
-            return _widened(smooth, [segmented])
+            segmented = seen()
+            if isinstance(segmented, Repose) and _same_heap(smooth, segmented, apart):
+                # smooth is the more exact one: its edges are read off the full picture
+                one, other = sorted((smooth, segmented), key=_doubtful)
+                return _widened(one, [other]).doubted(
+                    smooth.base.doubt if one is segmented else ""
+                )
         if isinstance(segmented, str):
             return smooth.doubted(OTHERWISE)
+        if region.confidence < 1:  # either, then, but what nothing speaks against
+            clear = smooth if _doubtful(segmented) else segmented
+            return clear.doubted(UNSURE)
+    else:
+        segmented = _of_region(seeds, region)
     if isinstance(segmented, str):
         raise MeasurementError(str(smooth))
-    doubt = "" if by_hand else _doubt_of_region(region)
-    return segmented.doubted(doubt)
+    if by_hand:
+        return segmented
+    if region.confidence < NO_SEEDS:
+        segmented = segmented.doubted(UNSURE)
+    if region.rival is None:
+        return segmented
+    x, _, foot = region.rival[:3]
+    return segmented.doubted(
+        f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as much"
+        " like a heap: name the pile by --roi"
+    )
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -277,8 +297,7 @@ def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     if not mask.any():
         return NOTHING_RISES
     width = photo.crop.shape[1]
-    level = np.tan(np.radians(photo.camera.plumb_deg or 0.0))
-    foot = foot_line(region, mask, level)
+    foot = foot_line(region, mask, photo.camera)
     base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
     if base is not None and foot is not None:
         told = [foot] if foot.source == "foot" else []
@@ -369,22 +388,6 @@ def _same_heap(smooth: Repose, segmented: Repose, apart_by: float) -> bool:
     )
 
 
-def _doubt_of_region(region: Region) -> str:
-    """Why the region may not be the pile; "" where nothing speaks against it."""
-    if region.rival is not None:
-        x, _, foot = region.rival[:3]
-        return (
-            f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as"
-            " much like a heap: name the pile by --roi"
-        )
-    if region.confidence < 1:
-        return (
-            "it is not sure that what was taken for the pile (see the overlay) is all"
-            " of it and only that: name it by --roi"
-        )
-    return ""
-
-
 def _of_surface(
     photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
 ) -> Repose | str:
@@ -449,6 +452,8 @@ def _at_base_line(
     quantities = (
         _repose_angle(slopes, horizontal_sd, unlevel),
         *_side_angles(slopes, heap, unlevel),
+        _of_part("toe_angle", [s.toe for s in slopes], unlevel),
+        _of_part("top_angle", [s.top for s in slopes], unlevel),
         _height_over_radius(heap, base, slopes, (left, right), factor).doubt(*unlevel),
         centroid_angle(surface, base, heap, factor).doubt(*unlevel),
     )
@@ -565,6 +570,17 @@ def _side_angles(
             yield q.doubt(*unlevel)
         elif not flank.problem.startswith("a wall"):
             yield failed(name, "deg", flank.problem or NO_LINE)
+
+
+def _of_part(
+    name: str, known: list[tuple[float, float] | None], unlevel: tuple[str, ...]
+) -> Quantity:
+    """Mean over the flanks of the angle of the same part of each."""
+    told = np.array([part for part in known if part is not None])
+    if len(told) < len(known):
+        return failed(name, "deg", NO_LINE)
+    value, sd = told[:, 0].mean(), np.linalg.norm(told[:, 1]) / len(told)
+    return Quantity(name, float(value), float(sd), "deg").doubt(*unlevel)
 
 
 def _foot_of(line: Line, base: BaseLine, above: float) -> float:
