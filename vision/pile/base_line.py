@@ -78,16 +78,11 @@ def find_base_line(
     A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only
     where none agrees with it; a stated one is doubtful where the plate contradicts
     it."""
+    candidates = [*_candidate_lines(crop, background, silhouette, surface, camera)]
     if (given := stated_base_line(baseline, crop.shape, roi)) is not None:
-        candidates = _candidate_lines(crop, background, silhouette, surface, camera)
         return beside_seen(given, (c for c in candidates if c.source in SEEN))
-    tilted = None
-    for line in _candidate_lines(crop, background, silhouette, surface, camera):
-        if not _contradicts_plumb(camera, line):
-            return line
-        tilted = tilted or line
-    if tilted is not None:
-        return tilted
+    if candidates:
+        return min(candidates, key=lambda line: bool(beside_plumb(line, camera)))
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
@@ -157,9 +152,9 @@ def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
 
 
 def beside_plumb(base: BaseLine, camera: Camera) -> str:
-    """A doubt where the plate that is seen is not level by the stated plumb: one is,
-    and one of both is wrong; ""."""
-    if camera.plumb_deg is None or base.source not in SEEN:
+    """A doubt where the line that is seen is not level by the stated plumb: one is, and
+    one of both is wrong; ""."""
+    if camera.plumb_deg is None or base.source in ("given", "toe"):
         return ""
     off = float(np.degrees(np.arctan(base.slope))) - camera.plumb_deg
     sd = np.hypot(np.degrees(base.slope_sd), camera.plumb_sd)
@@ -199,18 +194,6 @@ def _plate_line(profile: np.ndarray, factor: float) -> Line | None:
     if line.cubic_share > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
         return None  # the toe of a slope, not a plate
     return line
-
-
-def _contradicts_plumb(camera: Camera, line: BaseLine) -> bool:
-    """Whether a line is off the stated horizontal by more than MOST_TILT_DEG and its
-    error."""
-    if camera.plumb_deg is None:
-        return False
-    sd = np.hypot(np.degrees(line.slope_sd), camera.plumb_sd)
-    return bool(
-        abs(np.degrees(np.arctan(line.slope)) - camera.plumb_deg)
-        > MOST_TILT_DEG + 3 * sd
-    )
 
 
 def _runs_over_seed_tops(surface: np.ndarray, line: Line, factor: float) -> bool:

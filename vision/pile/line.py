@@ -153,8 +153,8 @@ def _cubic(x: np.ndarray, residual: np.ndarray) -> tuple[float, float, float]:
 @dataclass(frozen=True)
 class FlankLine:
     """The line through one flank in the picture [px, y down], and its angle against the
-    horizontal; toe, top: angle and sd [deg] of its lower and upper third, none where
-    they have too few columns."""
+    horizontal; toe, top: angle and sd [deg], but for the horizontal's, of its lower and
+    upper third, None where they have too few columns."""
 
     side: str
     line: Line
@@ -206,7 +206,7 @@ def fit_flank(
             " left out"
         )
     upper, _, lower = (
-        _angle_of(x[third], surface[third], sign, horizontal, horizontal_sd)
+        _angle_of(x[third], surface[third], sign, horizontal)
         for third in np.array_split(np.flatnonzero(inside), 3)[::sign]
     )
     angle_sd_deg = float(np.hypot(line.angle_sd_deg, horizontal_sd))
@@ -214,11 +214,10 @@ def fit_flank(
 
 
 def _angle_of(
-    x: np.ndarray, y: np.ndarray, sign: int, horizontal: float, horizontal_sd: float
+    x: np.ndarray, y: np.ndarray, sign: int, horizontal: float
 ) -> tuple[float, float] | None:
     """Angle and sd [deg] of a part of a flank that falls towards `sign`."""
     if x.size < LEAST_COLUMNS:
         return None
     line = fit_line(x, y, floor=EDGE_FLOOR_PX)
-    sd = float(np.hypot(line.angle_sd_deg, horizontal_sd))
-    return sign * (line.angle_deg - horizontal), sd
+    return sign * (line.angle_deg - horizontal), line.angle_sd_deg

@@ -35,6 +35,7 @@ from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import (
     NOTHING_RISES,
     TOE,
+    WALL,
     BaseLine,
     Heap,
     find_heap,
@@ -52,10 +53,6 @@ from benchtwin.vision.pile.surface import (
 from benchtwin.vision.recording import Camera, Recording
 
 NO_SLOPE = "no slope to measure: "
-OTHERWISE = (
-    "by colour and texture another part of the picture, or more, is the pile: name it"
-    " by --roi"
-)
 UNSURE = (
     "what was taken for the pile (see the overlay) may be less than it, or more: name"
     " it by --roi"
@@ -207,7 +204,9 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     else:
         enough = 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
-        return _or_raise(smooth)
+        if isinstance(smooth, str):
+            raise MeasurementError(smooth)
+        return smooth
     if isinstance(smooth, Repose):
         for seen, apart in (
             (lambda: _of_mask(seeds, region, region.first), 0.0),
@@ -221,7 +220,7 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
                     smooth.base.doubt if one is segmented else ""
                 )
         if isinstance(segmented, str):
-            return smooth.doubted(OTHERWISE)
+            return smooth.doubted(UNSURE)
         if region.confidence < 1:  # either, then, but what nothing speaks against
             clear = smooth if _doubtful(segmented) else segmented
             return clear.doubted(UNSURE)
@@ -253,12 +252,6 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
             f" {height} px)"
         )
     return x, y, w, h
-
-
-def _or_raise(found: Repose | str) -> Repose:
-    if isinstance(found, str):
-        raise MeasurementError(found)
-    return found
 
 
 def _on_smooth_background(photo: _Photo) -> Repose | str:
@@ -450,10 +443,8 @@ def _at_base_line(
         (f.toe + 0.5) * factor - 0.5 if f.side in fitted else None for f in heap.flanks
     )
     quantities = (
-        _repose_angle(slopes, horizontal_sd, unlevel),
+        *_mean_angles(slopes, horizontal_sd, unlevel),
         *_side_angles(slopes, heap, unlevel),
-        _of_part("toe_angle", [s.toe for s in slopes], unlevel),
-        _of_part("top_angle", [s.top for s in slopes], unlevel),
         _height_over_radius(heap, base, slopes, (left, right), factor).doubt(*unlevel),
         centroid_angle(surface, base, heap, factor).doubt(*unlevel),
     )
@@ -476,14 +467,23 @@ def _at_base_line(
         options.window,
         photo.roi,
         quantities,
-        (definition, *_layer_note(layered)),
+        (definition, *_notes(layered, heap, surface.size / factor)),
     )
     return found.doubted(*_doubts(photo, found, heap, horizontal_sd))
 
 
-def _layer_note(sides: tuple[str, ...]) -> Iterator[str]:
-    if sides:
-        yield f"a layer of seeds beside the heap ({' and '.join(sides)}) is left out"
+def _notes(layered: tuple[str, ...], heap: Heap, wide: float) -> Iterator[str]:
+    """What was left out; what leans on the picture's border may go on beyond it."""
+    if layered:
+        beside = " and ".join(layered)
+        yield f"a layer of seeds beside the heap ({beside}) is left out"
+    margin = max((1 - LEAST_BESIDE) * wide, 2.0)
+    for flank in heap.flanks:
+        if flank.problem == WALL and not margin < flank.toe < wide - 1 - margin:
+            yield (
+                f"the heap reaches the picture's {flank.side} border, where it is taken"
+                " to lean on a wall: if it goes on, its angle is a part's"
+            )
 
 
 def _as_level(q: Quantity, pitch_deg: float, options: PileOptions) -> Quantity:
@@ -544,18 +544,26 @@ def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
     return (found + 0.5) / factor - 0.5
 
 
-def _repose_angle(
+def _mean_angles(
     slopes: tuple[FlankLine, ...], horizontal_sd: float, unlevel: tuple[str, ...]
-) -> Quantity:
-    """Mean of both flanks, in which the horizontal's error cancels, or the one flank
-    there is."""
-    mean = float(np.mean([s.angle_deg for s in slopes]))
-    own = float(np.linalg.norm([s.line.angle_sd_deg for s in slopes])) / len(slopes)
-    if len(slopes) == 2:
-        return Quantity(MAIN, mean, own, "deg")
-    return Quantity(MAIN, mean, float(np.hypot(own, horizontal_sd)), "deg").doubt(
-        *unlevel
-    )
+) -> Iterator[Quantity]:
+    """Of whole flanks, their lower and their upper thirds: the mean of both, in which
+    the horizontal's error cancels, or the one that there is."""
+    for name, parts in (
+        (MAIN, [(s.angle_deg, s.line.angle_sd_deg) for s in slopes]),
+        ("toe_angle", [s.toe for s in slopes]),
+        ("top_angle", [s.top for s in slopes]),
+    ):
+        told = np.array([part for part in parts if part is not None])
+        if len(told) < len(parts):
+            continue
+        one = len(told) == 1
+        own = np.linalg.norm(told[:, 1]) / len(told)
+        sd = float(np.hypot(own, one * horizontal_sd))
+        if name != MAIN and sd > MOST_SD_DEG:
+            continue  # of too few seeds
+        q = Quantity(name, float(told[:, 0].mean()), sd, "deg")
+        yield q.doubt(*unlevel) if one else q
 
 
 def _side_angles(
@@ -570,17 +578,6 @@ def _side_angles(
             yield q.doubt(*unlevel)
         elif not flank.problem.startswith("a wall"):
             yield failed(name, "deg", flank.problem or NO_LINE)
-
-
-def _of_part(
-    name: str, known: list[tuple[float, float] | None], unlevel: tuple[str, ...]
-) -> Quantity:
-    """Mean over the flanks of the angle of the same part of each."""
-    told = np.array([part for part in known if part is not None])
-    if len(told) < len(known):
-        return failed(name, "deg", NO_LINE)
-    value, sd = told[:, 0].mean(), np.linalg.norm(told[:, 1]) / len(told)
-    return Quantity(name, float(value), float(sd), "deg").doubt(*unlevel)
 
 
 def _foot_of(line: Line, base: BaseLine, above: float) -> float:
