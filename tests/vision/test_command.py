@@ -106,7 +106,7 @@ def test_a_bad_file_does_not_stop_the_batch(run, photos, tmp_path):
     assert "0 bytes" in table.loc["empty"].reason
     assert (
         table.quality == "good"
-    ).sum() == 10  # two heaps: angle, left, right, height over radius, centroid
+    ).sum() == 14  # two heaps: angle, toe, top, left, right, height/radius, centroid
 
 
 def test_nothing_measured_is_exit_1(run, tmp_path):

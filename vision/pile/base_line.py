@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.robust import robust_sd
-from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
+from benchtwin.vision.measurement import NARROWED, MeasurementError
+from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
 from benchtwin.vision.pile.heap_region import Region
-from benchtwin.vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
+from benchtwin.vision.pile.line import EDGE_FLOOR_PX, LEAST_COLUMNS, Line, fit_line
 from benchtwin.vision.pile.surface import (
     Background,
     Silhouette,
@@ -31,6 +30,8 @@ Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 # between the tops of seeds, small px; shares of the columns along a line, above which
 # it runs over a layer of seeds: between them; gaps of a twentieth of the heap's height
 LEAST_DEPTH_PX, MOST_BETWEEN, MOST_GAPS = 1.5, 0.03, 0.01
+# of the columns, at least: a plate's; of the others, at most: what is below it
+LEAST_ON_PLATE, MOST_BELOW = 0.08, 0.15
 LEVEL_SD = 0.5  # small px: of a line read off the picture's edges
 GIVEN_SD_PX = 1.0
 # off the stated horizontal: a line farther off is taken only where no other is found
@@ -47,14 +48,17 @@ SEEN = ("plate", "edge")  # lines of the plate itself
 MOST_OFF_DEG = 0.5  # of a line set by hand beside the plate that is seen
 # standard errors of a step's mean over the columns, below which it is none
 CLEAR_STEP_SDS = 6.0
-MOST_SLOPE = np.tan(np.radians(2.0))
-# of the heap's height: a larger sag of a leaning heap's foot means that the camera
-# looks down
-LEANING_SAG = 0.05
-# of a foot's half width: a larger sag is no bow (of a camera 30° above the plate)
-MOST_SAG = 0.5
+LOOKS_DOWN_DEG = 10.0  # photos are asked for from 0 to 5°, and taken from higher, too
+MIRRORED = (
+    "what is taken for the pile's foot may be its mirror image's, or the other way"
+    " round: name it by --baseline"
+)
+UNLIKELY = 0.05  # what has so little probability is no second explanation
+MOST_BOW = 0.5  # of a foot's half width: of a camera 30° above the plate
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
-MOST_SDS = 3.0  # robust; columns farther off are outliers
+TAILS = 3.0  # degrees of freedom of what is off the foot
+ROUNDS = 30  # until weights and line agree
+MASK_SD = 0.5  # px of a mask's edges, which are whole pixels
 
 
 def find_base_line(
@@ -74,16 +78,11 @@ def find_base_line(
     A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only
     where none agrees with it; a stated one is doubtful where the plate contradicts
     it."""
+    candidates = [*_candidate_lines(crop, background, silhouette, surface, camera)]
     if (given := stated_base_line(baseline, crop.shape, roi)) is not None:
-        candidates = _candidate_lines(crop, background, silhouette, surface)
         return beside_seen(given, (c for c in candidates if c.source in SEEN))
-    tilted = None
-    for line in _candidate_lines(crop, background, silhouette, surface):
-        if not _contradicts_plumb(camera, line):
-            return line
-        tilted = tilted or line
-    if tilted is not None:
-        return tilted
+    if candidates:
+        return min(candidates, key=lambda line: bool(beside_plumb(line, camera)))
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
@@ -96,28 +95,27 @@ def _candidate_lines(
     background: Background,
     silhouette: Silhouette,
     surface: np.ndarray,
+    camera: Camera,
 ) -> Iterator[BaseLine]:
     """Lines that the pile may stand on, the most reliable first."""
     sd = LEVEL_SD * background.factor
-    plate = _line_through(surface, background.factor, share=0.08 * surface.size)
-    if plate is not None and not _runs_over_seed_tops(
-        surface, *plate[:2], background.factor
-    ):
-        yield BaseLine(*plate, "plate", sd)
-    line = plate_edge(crop, background, silhouette.top)
-    if line is not None:
-        yield BaseLine(line.intercept, line.slope, line.slope_sd, "edge", sd)
+    plate = _plate_line(surface, background.factor)
+    if plate is not None and _runs_over_seed_tops(surface, plate, background.factor):
+        plate = None
+    edge = plate_edge(crop, background, silhouette.top)
+    for line, source in ((plate, "plate"), (edge, "edge")):
+        if line is not None:
+            yield BaseLine(line.intercept, line.slope, line.slope_sd, source, sd)
     height = background.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
         rows = in_full_px(lower, background.factor, crop.shape[1])
         least = silhouette.threshold / 2
         foot = subpixel_edge(crop, rows, background.factor, least, upward=True)
-        enough = 0.4 * np.isfinite(foot).sum()
-        for rows, source in ((foot, "foot"), ((surface + foot) / 2, "mirror")):
-            lowest = _line_through(rows, background.factor, share=enough, below=1.0)
-            if lowest is not None:
-                yield BaseLine(*lowest, source, sd)
+        x = np.flatnonzero(np.isfinite(surface) & np.isfinite(foot))
+        under = _foot(x, surface[x], foot[x], camera, sd)
+        if under is not None and under.source != "toe":
+            yield replace(under, sd=max(under.sd, sd))
 
 
 def stated_base_line(
@@ -154,9 +152,9 @@ def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
 
 
 def beside_plumb(base: BaseLine, camera: Camera) -> str:
-    """A doubt where the plate that is seen is not level by the stated plumb: one is,
-    and one of both is wrong; ""."""
-    if camera.plumb_deg is None or base.source not in SEEN:
+    """A doubt where the line that is seen is not level by the stated plumb: one is, and
+    one of both is wrong; ""."""
+    if camera.plumb_deg is None or base.source in ("given", "toe"):
         return ""
     off = float(np.degrees(np.arctan(base.slope))) - camera.plumb_deg
     sd = np.hypot(np.degrees(base.slope_sd), camera.plumb_sd)
@@ -168,49 +166,40 @@ def beside_plumb(base: BaseLine, camera: Camera) -> str:
     )
 
 
-def _line_through(
-    profile: np.ndarray, factor: float, share: float, below: float = 0.15
-) -> tuple[float, float, float] | None:
-    """Intercept, slope and the slope's sd of a nearly level line through most of the
-    profile's points; None where there is none."""
-    tolerance = 1.0 + 0.5 * factor
-    step = max(1, int(factor))
-    found = level_line(profile[::step], tolerance, share / profile.size, below)
-    if found is None:
+def _plate_line(profile: np.ndarray, factor: float) -> Line | None:
+    """The nearly level line through most of the profile's points, a twelfth and more,
+    with few of the others below it; None where there is none."""
+    tolerance, step = 1.0 + 0.5 * factor, max(1, int(factor))
+    x = np.flatnonzero(np.isfinite(profile)).astype(float)
+    y, best = profile[np.isfinite(profile)], (0, 0.0, 0.0)
+    if y.size < LEAST_ON_PLATE * profile.size:
         return None
-    intercept, slope = found
-    x = np.arange(profile.size)
-    slope /= step
-    on = np.abs(profile - intercept - slope * x) <= tolerance
-    for _ in range(4):  # the first, wide tolerance includes what leans on the plate
-        line = fit_line(x[on], profile[on], floor=EDGE_FLOOR_PX)
-        off = np.abs(profile - line.at(x))
-        on = off <= min(tolerance, max(4 * robust_sd(off[on]), 0.3))
-        if on.sum() < max(8, share / 2):
+    for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 61):
+        rows = np.sort((y - slope * x)[::step])
+        last = np.searchsorted(rows, rows + 2 * tolerance, side="right")
+        count = last - np.arange(rows.size)
+        lowest = float(rows[count.argmax()] + tolerance)
+        best = max(best, (int(count.max()) * step, float(slope), lowest))
+    on = np.abs(y - best[1] * x - best[2]) <= tolerance
+    for _ in range(5):  # the first, wide tolerance includes what leans on the plate
+        if on.sum() < max(LEAST_COLUMNS, LEAST_ON_PLATE * profile.size / 2):
             return None
+        line = fit_line(x[on], y[on], floor=EDGE_FLOOR_PX)
+        off = y - line.at(x)
+        on = np.abs(off) <= min(tolerance, max(4 * robust_sd(off[on]), 0.3))
+    rest = off[np.abs(off) > tolerance]
+    tilted = abs(line.slope) > MAX_PLATE_SLOPE
+    if tilted or (rest > 0).sum() > MOST_BELOW * rest.size:
+        return None
     if line.cubic_share > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
         return None  # the toe of a slope, not a plate
-    return line.intercept, line.slope, line.slope_sd
+    return line
 
 
-def _contradicts_plumb(camera: Camera, line: BaseLine) -> bool:
-    """Whether a line is off the stated horizontal by more than MOST_TILT_DEG and its
-    error."""
-    if camera.plumb_deg is None:
-        return False
-    sd = np.hypot(np.degrees(line.slope_sd), camera.plumb_sd)
-    return bool(
-        abs(np.degrees(np.arctan(line.slope)) - camera.plumb_deg)
-        > MOST_TILT_DEG + 3 * sd
-    )
-
-
-def _runs_over_seed_tops(
-    surface: np.ndarray, intercept: float, slope: float, factor: float
-) -> bool:
+def _runs_over_seed_tops(surface: np.ndarray, line: Line, factor: float) -> bool:
     """Whether a line runs over seeds that lie on the plate, one layer deep: between
     them the surface is deeper than the line, that of a plate is not."""
-    depth = surface - intercept - slope * np.arange(surface.size)
+    depth = surface - line.at(np.arange(surface.size))
     on = np.flatnonzero(np.abs(depth) <= 3.0)
     if not on.size:
         return False
@@ -319,91 +308,123 @@ def _refine(image, background: Background, columns, slope, intercept) -> Line | 
     )
 
 
-def foot_line(region: Region, mask: np.ndarray, level: float) -> BaseLine | None:
-    """The line through the two toes of a heap's mask, in px of the picture; None where
-    there is none. level: dy/dx of a level line."""
+def foot_line(region: Region, mask: np.ndarray, camera: Camera) -> BaseLine | None:
+    """The line that a heap's mask stands on, in px of the picture; None where there is
+    none."""
     columns = np.flatnonzero(mask.any(axis=0))
-    if columns.size < 16:
-        return None
     top = mask[:, columns].argmax(axis=0).astype(float)
-    bottom = mask.shape[0] - 1.0 - mask[::-1, columns].argmax(axis=0)
-    middle, half = _ellipse_span(columns, top)
-    leaning = middle in (columns[0], columns[-1])
-    heap_height = float(np.median(bottom) - top.min())
-    foot, source = _fit_foot(columns, bottom, middle, half), "foot"
-    mirror = _fit_foot(columns, (top + bottom) / 2, middle, half, bowed=False)
-    level_mirror = not leaning or abs(mirror.slope - level) < MOST_SLOPE
-    if level_mirror and (2 * mirror.rms < foot.rms or foot.sag > MOST_SAG * half):
-        # the lower edge is the upper one's mirror image
-        foot, source = mirror, "mirror"
-    elif leaning and (
-        foot.sag > LEANING_SAG * heap_height or abs(foot.slope - level) > MOST_SLOPE
-    ):
-        level_foot = _fit_foot(
-            columns, bottom - level * columns, middle, half, tilted=False
-        )
-        sd = np.radians(unstated_sd("plumb"))
-        foot, source = replace(level_foot, slope=level, slope_sd=sd), "toe"
-    if abs(foot.slope) > MAX_PLATE_SLOPE or foot.sag > MOST_SAG * half:
+    # the lower border of the lowest pixel
+    bottom = mask.shape[0] - mask[::-1, columns].argmax(axis=0).astype(float)
+    foot = _foot(columns, top, bottom, camera, MASK_SD)
+    if foot is None:
         return None
-    x0, y0 = region.origin
-    f = region.factor
-    at = (foot.intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
+    (x0, y0), f = region.origin, region.factor
+    at = float(foot.at((0.5 - x0) / f - 0.5)) * f - 0.5 + y0
+    sd = f * float(np.hypot(region.start.halo / 2, foot.sd))
+    # what goes on beyond the picture shows no foot
+    cut = (bottom == mask.shape[0]).mean() > 0.5
+    source = "toe" if cut else foot.source
+    return replace(foot, intercept=at, sd=sd, source=source)
+
+
+def _foot(
+    x: np.ndarray, top: np.ndarray, bottom: np.ndarray, camera: Camera, least: float
+) -> BaseLine | None:
+    """The line that a body stands on by its edges' rows in the columns x; least: sd of
+    an edge.
+
+    The lower edge is straight (a camera level with the plate), the near half of an
+    ellipse (one that looks down on a round heap, or on half of one that leans on a
+    wall), or the upper one's mirror image (a plate that shines): each is fitted, and
+    they are weighed by how likely they make the edge. What the others say of the line's
+    height is in its sd; which way is level is not told by an edge that narrows what is
+    known of it by less than a third."""
+    if x.size < 2 * LEAST_SEEDS:
+        return None
+    left, right = x[[0, -1]]
+    middle, half_way = (left + right) / 2, (top + bottom) / 2
+    tilt = np.tan(np.radians(camera.plumb_deg or 0.0)), np.radians(camera.plumb_sd)
+    fits = [
+        _fit_edge(x, half_way, 2.0, middle, False, tilt, least),
+        _fit_edge(x, bottom, 1.0, middle, False, tilt, least),
+        *(
+            _fit_edge(x, bottom, 1.0, m, True, tilt, least)
+            for m in (middle, left, right)
+        ),
+    ]
+    likely = np.exp([fit.evidence - max(f.evidence for f in fits) for fit in fits])
+    likely /= likely.sum()
+    best = fits[int(likely.argmax())]
+    if abs(best.slope) > MAX_PLATE_SLOPE or best.bow > MOST_BOW:
+        return None
+    apart = [fit.at(middle) - best.at(middle) for fit in fits]
+    told = best.slope_sd < NARROWED * tilt[1]
     return BaseLine(
-        float(at - foot.slope * (0.5 * f - 0.5 + x0)),
-        foot.slope,
-        foot.slope_sd,
-        source,
-        f * float(np.hypot(region.start.halo / 2, 2 * foot.rms)),
-        float(np.degrees(np.arcsin(min(foot.sag / half, 1.0)))),
+        best.intercept,
+        best.slope,
+        best.slope_sd,
+        ("mirror" if best is fits[0] else "foot") if told else "toe",
+        float(np.hypot(2 * best.scale, np.sqrt(likely @ np.square(apart)))),
+        float(np.degrees(np.arcsin(best.bow))),
+        MIRRORED if UNLIKELY < likely[0] < 1 - UNLIKELY else "",
     )
 
 
-def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
-    """Middle and half width of the ellipse whose near half is the foot; a heap that
-    leans on a wall shows half of it."""
-    left, right = float(columns[0]), float(columns[-1])
-    high = columns[top < top.min() + 0.1 * np.ptp(top)]
-    crest = float((np.median(high) - left) / (right - left))
-    if min(crest, 1 - crest) < 0.2:
-        return (left if crest < 0.5 else right), right - left
-    return (left + right) / 2, (right - left) / 2
-
-
 @dataclass(frozen=True)
-class _Foot:
-    """y = intercept + slope x + sag √(1 − u²), in px of the close-up."""
+class _Edge:
+    """y = intercept + slope x + bow · half √(1 − u²), where u is
+    the distance from the middle over half the width; scale: of what is off it;
+    evidence: the logarithm of how likely it makes the edge."""
 
     intercept: float
     slope: float
-    sag: float
+    bow: float
     slope_sd: float
-    rms: float
+    scale: float
+    evidence: float
+
+    def at(self, x: float) -> float:
+        """y of the line at x."""
+        return self.intercept + self.slope * x
 
 
-def _fit_foot(
+def _fit_edge(
     x: np.ndarray,
     y: np.ndarray,
+    times: float,
     middle: float,
-    half: float,
-    tilted: bool = True,
-    bowed: bool = True,
-) -> _Foot:
-    """Least squares without outliers, sag ≥ 0; not tilted, not bowed: without that."""
-    bow = bowed * np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
-    keep = np.ones(x.size, dtype=bool)
-    for _ in range(6):
-        terms = np.c_[np.ones(x.size), (x - middle) * tilted, bow]
-        found = np.linalg.lstsq(terms[keep], y[keep], rcond=None)[0]
-        if found[2] < 0:
-            found = np.r_[np.linalg.lstsq(terms[keep, :2], y[keep], rcond=None)[0], 0.0]
-        off = np.abs(y - terms @ found)
-        inliers = off <= MOST_SDS * max(robust_sd(off[keep]), 0.7)
-        if (inliers == keep).all() or inliers.sum() < 0.4 * x.size:
-            break
-        keep = inliers
-    rms = float(np.sqrt(np.mean(off[keep] ** 2)))
-    extent = float(np.sqrt(np.sum((x[keep] - x[keep].mean()) ** 2)))
-    sd = float(np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent)
-    level, slope, sag = (float(v) for v in found)
-    return _Foot(level - slope * middle, slope, sag, sd, rms)
+    bowed: bool,
+    tilt: tuple[float, float],
+    least: float,
+) -> _Edge:
+    """The most likely line by Student's t, whose tails hold what is no foot (a seed
+    beside it, a rounded corner). y is the edge but for its place, `times` less far off;
+    tilt: slope as believed, and its sd; a camera looks down by LOOKS_DOWN_DEG or so,
+    whose sine is the bow."""
+    half = float(np.abs(x - middle).max())
+    u = (x - middle) / half
+    design = np.c_[np.ones(x.size), half * u, bowed * half * np.sqrt(1 - u**2)]
+    prior = np.array([np.median(y), tilt[0], 0.0])
+    sds = np.array([y.size, tilt[1], np.sin(np.radians(LOOKS_DOWN_DEG))])
+    terms, scale = prior, max(robust_sd(y - np.median(y)), 1.0)
+    for _ in range(ROUNDS):
+        off = y - design @ terms
+        weight = (TAILS + 1) / (TAILS + (off / scale) ** 2)
+        scale = max(float(np.sqrt(np.mean(weight * off**2))), least / times)
+        counts = LEAST_SEEDS / y.size / scale**2  # neighbouring columns show one seed
+        precision = counts * (design.T * weight) @ design + np.diag(sds**-2.0)
+        right = counts * (design.T * weight) @ y + prior / sds**2
+        terms = np.linalg.solve(precision, right)
+        if terms[2] < 0:
+            terms = np.r_[np.linalg.solve(precision[:2, :2], right[:2]), 0.0]
+    tails = np.log1p((off / scale) ** 2 / TAILS).mean() * (TAILS + 1) / 2
+    surprise = np.square((terms - prior)[1:] / sds[1:]).sum() / 2
+    width = np.linalg.slogdet(precision * np.outer(sds, sds))[1] / 2
+    return _Edge(
+        float(terms[0] - terms[1] * middle),
+        float(terms[1]),
+        float(terms[2]),
+        float(np.sqrt(np.linalg.inv(precision)[1, 1])),
+        scale,
+        float(-LEAST_SEEDS * (np.log(times * scale) + tails) - surprise - width),
+    )

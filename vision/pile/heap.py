@@ -73,55 +73,6 @@ class Heap:
     boxed: bool = False
 
 
-def level_line(
-    profile: np.ndarray, tolerance: float, share: float, below: float = 0.15
-) -> tuple[float, float] | None:
-    """Intercept and slope of the nearly level line with most points of the profile;
-    None where there is none. At least `share` of the columns must lie within
-    `tolerance` px of it, and at most `below` of the others under it."""
-    x = np.flatnonzero(np.isfinite(profile)).astype(float)
-    if x.size < 8:
-        return None
-    y = profile[np.isfinite(profile)]
-    lines = []
-    for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 61):
-        offsets = np.sort(y - slope * x)
-        counts = np.searchsorted(
-            offsets, offsets + 2 * tolerance, side="right"
-        ) - np.arange(offsets.size)
-        lines.append(
-            (int(counts.max()), slope, float(offsets[counts.argmax()] + tolerance))
-        )
-    for count, slope, intercept in sorted(lines, reverse=True):
-        if count < max(8, share * profile.size):
-            return None
-        if (
-            line := _refit_level_line(
-                x, y, slope, intercept, tolerance, share * profile.size, below
-            )
-        ) is not None:
-            return line
-    return None
-
-
-def _refit_level_line(
-    x, y, slope, intercept, tolerance, least, below
-) -> tuple[float, float] | None:
-    """The line refitted to the points near it; None where it is no longer level, loses
-    its points or has too many below it."""
-    for _ in range(3):
-        on = np.abs(y - intercept - slope * x) <= tolerance
-        if on.sum() < max(8, least):
-            return None
-        slope, intercept = np.polyfit(x[on], y[on], 1)
-    rest = y[~on] - intercept - slope * x[~on]
-    if abs(slope) > MAX_PLATE_SLOPE or (
-        rest.size and (rest > tolerance).mean() > below
-    ):
-        return None
-    return float(intercept), float(slope)
-
-
 def find_heap(
     profile: np.ndarray,
     base: BaseLine,

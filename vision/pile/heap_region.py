@@ -57,6 +57,7 @@ TURNED = {  # by quarter turns anticlockwise that put it right
     3: "turned to the left by 90°",
 }
 CLEARLY = 1.1  # times the score: of path-traced heaps, the right way up has 1.14 to 1.8
+LEAST_WHOLE = 0.98  # of the picture's width: a close-up that shows all of it
 HALF = np.array([0.5, 0.5, 0.5, 0.0, 0.0])  # of a px, of places in a reduced picture
 LEAST_OVERLAP = 0.55  # of mask and triangle, intersection over union: less is no heap
 # of the least textured tenth of seeds (plain paper and its noise have 0 to 0.9, seeds
@@ -322,10 +323,15 @@ def _region(
     if _confidence(first, start) < 1:  # of what is no seeds, too
         grainy = start.features[..., TEXTURE] > SEED_TEXTURE
         first = _heap_component(first & (grainy | start.glare), start.triangle)
-    if _confidence(first, start) >= 1:
+    if _confidence(first, start) >= NO_SEEDS:
         start = replace(start, triangle=_triangle_of(first, start.triangle))
     start = _start(image, (start.in_picture + HALF) * factor, CUT_PX)
     mask = start.clearest()
+    whole = start.lab.shape[1] * start.zoom > LEAST_WHOLE * image.shape[1]
+    if mask[:, [0, -1]].any() and not whole:  # it goes on beside the close-up
+        start = replace(start, triangle=_triangle_of(mask, start.triangle))
+        start = _start(image, start.in_picture, CUT_PX)
+        mask = start.clearest()
     elsewhere = None if found.rival is None else found.rival * factor
     return Region(mask, _confidence(mask, start), elsewhere, start, seen)
 

@@ -28,10 +28,7 @@ EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is
 LEAST_DEG, ROUGH = 3.0, 0.25  # flatter, or rms over its rise: no flank
 STEEP_DEG = 50.0  # beyond this an angle is doubtful
 MOST_OUTLIERS = 0.1
-# A surface is curved, so that a line is the wrong model, where its local slopes differ
-# by so much within the window and a cubic explains this share of the residuals'
-# variance: a curved surface leaves 0.03 of it, grains on a straight one 0.25 and more.
-CURVED_DEG, CURVED_SHARE = 8.0, 0.8
+LEAST_COLUMNS = 8  # of a line
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
-    if x.size < 8 or x[-1] - x[0] <= 0:
+    if x.size < LEAST_COLUMNS or x[-1] - x[0] <= 0:
         raise ValueError(
             f"a line needs at least 8 points that differ in x; here are {x.size}"
         )
@@ -90,7 +87,7 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
         residual = y - intercept - slope * x
         spread = robust_sd(residual[keep] - np.median(residual[keep]))
         inliers = np.abs(residual) <= 4 * max(spread, 0.25)
-        if (inliers == keep).all() or inliers.sum() < 8:
+        if (inliers == keep).all() or inliers.sum() < LEAST_COLUMNS:
             break
         keep = inliers
     xk, rk = x[keep], residual[keep]
@@ -156,12 +153,15 @@ def _cubic(x: np.ndarray, residual: np.ndarray) -> tuple[float, float, float]:
 @dataclass(frozen=True)
 class FlankLine:
     """The line through one flank in the picture [px, y down], and its angle against the
-    horizontal."""
+    horizontal; toe, top: angle and sd [deg], but for the horizontal's, of its lower and
+    upper third, None where they have too few columns."""
 
     side: str
     line: Line
     angle_deg: float
     angle_sd_deg: float
+    toe: tuple[float, float] | None
+    top: tuple[float, float] | None
     doubts: tuple[str, ...] = ()
 
 
@@ -205,16 +205,19 @@ def fit_flank(
             f"{100 * line.outlier_share:.0f} % of the surface lies off the line and was"
             " left out"
         )
-    bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
-    if bend > CURVED_DEG and line.cubic_share > CURVED_SHARE:
-        low, high = (100 * share for share in window)
-        middle = np.median(x[inside])
-        upper = inside & (sign * (x - middle) <= 0)
-        steeper = fit_line(x[upper], surface[upper], floor=EDGE_FLOOR_PX)
-        doubts.append(
-            f"the {flank.side} flank is bent, one line is the wrong model: {angle:.1f}°"
-            f" between {low:.0f} and {high:.0f} % of the height,"
-            f" {sign * (steeper.angle_deg - horizontal):.1f}° in the upper half of that"
-        )
+    upper, _, lower = (
+        _angle_of(x[third], surface[third], sign, horizontal)
+        for third in np.array_split(np.flatnonzero(inside), 3)[::sign]
+    )
     angle_sd_deg = float(np.hypot(line.angle_sd_deg, horizontal_sd))
-    return FlankLine(flank.side, line, angle, angle_sd_deg, tuple(doubts))
+    return FlankLine(flank.side, line, angle, angle_sd_deg, lower, upper, tuple(doubts))
+
+
+def _angle_of(
+    x: np.ndarray, y: np.ndarray, sign: int, horizontal: float
+) -> tuple[float, float] | None:
+    """Angle and sd [deg] of a part of a flank that falls towards `sign`."""
+    if x.size < LEAST_COLUMNS:
+        return None
+    line = fit_line(x, y, floor=EDGE_FLOOR_PX)
+    return sign * (line.angle_deg - horizontal), line.angle_sd_deg

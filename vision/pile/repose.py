@@ -35,7 +35,7 @@ from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import (
     NOTHING_RISES,
     TOE,
-    TWO_PILES,
+    WALL,
     BaseLine,
     Heap,
     find_heap,
@@ -53,13 +53,13 @@ from benchtwin.vision.pile.surface import (
 from benchtwin.vision.recording import Camera, Recording
 
 NO_SLOPE = "no slope to measure: "
-OTHERWISE = (
-    "by colour and texture another part of the picture, or more, is the pile: name it"
-    " by --roi"
+UNSURE = (
+    "what was taken for the pile (see the overlay) may be less than it, or more: name"
+    " it by --roi"
 )
 NO_LINE = "the surface is too rough or too short for a line"
-# of a region that is measured, with a doubt, where there is no smooth background
-LEAST_CONFIDENCE = 0.6
+# of a heap's form and colours where there is nothing else: half of what is enough
+LEAST_CONFIDENCE = NO_SEEDS / 2
 # shares of the heap's height and area by which two segmentations of one heap may differ
 MOST_APART, MOST_AREA = (0.1, 0.15)
 # shares of the picture: a foot that is nearer to its border is cut by it
@@ -170,10 +170,14 @@ def measure_repose(
     found = replace(found, quantities=tuple(map(if_known, found.quantities)))
     main = found.quantities[0]
     # without the texture of seeds none tells which way is up
-    textured = region is None or not NO_SEEDS <= region.confidence < LEAST_CONFIDENCE
+    textured = region is None or not NO_SEEDS <= region.confidence < 1
     if main.quality == GOOD or not textured:
         return found
     return found.doubted(_lies(region))
+
+
+def _doubtful(found: Repose) -> bool:
+    return found.quantities[0].quality != GOOD
 
 
 def if_known(q: Quantity) -> Quantity:
@@ -196,30 +200,45 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     seeds = replace(photo, seeds_only=True)
     by_hand = options.roi is not None or options.baseline is not None
     if isinstance(smooth, Repose):
-        enough = 1.0 if smooth.quantities[0].quality == GOOD else LEAST_CONFIDENCE
+        enough = NO_SEEDS if _doubtful(smooth) else 1.0
     else:
-        enough = (
-            0.0 if by_hand else LEAST_CONFIDENCE if smooth == TWO_PILES else NO_SEEDS
-        )
+        enough = 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
-        return _or_raise(smooth)
+        if isinstance(smooth, str):
+            raise MeasurementError(smooth)
+        return smooth
     if isinstance(smooth, Repose):
-        # the more exact one: its edges are read off the full picture
-        first = _of_mask(seeds, region, region.first)
-        if isinstance(first, Repose) and _same_heap(smooth, first, 0.0):
-            return _widened(smooth, [first])
-    segmented = _of_region(seeds, region)
-    if isinstance(smooth, Repose):
-        if isinstance(segmented, Repose) and _same_heap(
-            smooth, segmented, _apart(region)
+        for seen, apart in (
+            (lambda: _of_mask(seeds, region, region.first), 0.0),
+            (lambda: _of_region(seeds, region), _apart(region)),
         ):
-            return _widened(smooth, [segmented])
+            segmented = seen()
+            if isinstance(segmented, Repose) and _same_heap(smooth, segmented, apart):
+                # smooth is the more exact one: its edges are read off the full picture
+                one, other = sorted((smooth, segmented), key=_doubtful)
+                return _widened(one, [other]).doubted(
+                    smooth.base.doubt if one is segmented else ""
+                )
         if isinstance(segmented, str):
-            return smooth.doubted(OTHERWISE)
+            return smooth.doubted(UNSURE)
+        if region.confidence < 1:  # either, then, but what nothing speaks against
+            clear = smooth if _doubtful(segmented) else segmented
+            return clear.doubted(UNSURE)
+    else:
+        segmented = _of_region(seeds, region)
     if isinstance(segmented, str):
         raise MeasurementError(str(smooth))
-    doubt = "" if by_hand else _doubt_of_region(region)
-    return segmented.doubted(doubt)
+    if by_hand:
+        return segmented
+    if region.confidence < NO_SEEDS:
+        segmented = segmented.doubted(UNSURE)
+    if region.rival is None:
+        return segmented
+    x, _, foot = region.rival[:3]
+    return segmented.doubted(
+        f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as much"
+        " like a heap: name the pile by --roi"
+    )
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -233,12 +252,6 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
             f" {height} px)"
         )
     return x, y, w, h
-
-
-def _or_raise(found: Repose | str) -> Repose:
-    if isinstance(found, str):
-        raise MeasurementError(found)
-    return found
 
 
 def _on_smooth_background(photo: _Photo) -> Repose | str:
@@ -277,8 +290,7 @@ def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     if not mask.any():
         return NOTHING_RISES
     width = photo.crop.shape[1]
-    level = np.tan(np.radians(photo.camera.plumb_deg or 0.0))
-    foot = foot_line(region, mask, level)
+    foot = foot_line(region, mask, photo.camera)
     base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
     if base is not None and foot is not None:
         told = [foot] if foot.source == "foot" else []
@@ -369,22 +381,6 @@ def _same_heap(smooth: Repose, segmented: Repose, apart_by: float) -> bool:
     )
 
 
-def _doubt_of_region(region: Region) -> str:
-    """Why the region may not be the pile; "" where nothing speaks against it."""
-    if region.rival is not None:
-        x, _, foot = region.rival[:3]
-        return (
-            f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as"
-            " much like a heap: name the pile by --roi"
-        )
-    if region.confidence < 1:
-        return (
-            "it is not sure that what was taken for the pile (see the overlay) is all"
-            " of it and only that: name it by --roi"
-        )
-    return ""
-
-
 def _of_surface(
     photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
 ) -> Repose | str:
@@ -447,7 +443,7 @@ def _at_base_line(
         (f.toe + 0.5) * factor - 0.5 if f.side in fitted else None for f in heap.flanks
     )
     quantities = (
-        _repose_angle(slopes, horizontal_sd, unlevel),
+        *_mean_angles(slopes, horizontal_sd, unlevel),
         *_side_angles(slopes, heap, unlevel),
         _height_over_radius(heap, base, slopes, (left, right), factor).doubt(*unlevel),
         centroid_angle(surface, base, heap, factor).doubt(*unlevel),
@@ -471,14 +467,23 @@ def _at_base_line(
         options.window,
         photo.roi,
         quantities,
-        (definition, *_layer_note(layered)),
+        (definition, *_notes(layered, heap, surface.size / factor)),
     )
     return found.doubted(*_doubts(photo, found, heap, horizontal_sd))
 
 
-def _layer_note(sides: tuple[str, ...]) -> Iterator[str]:
-    if sides:
-        yield f"a layer of seeds beside the heap ({' and '.join(sides)}) is left out"
+def _notes(layered: tuple[str, ...], heap: Heap, wide: float) -> Iterator[str]:
+    """What was left out; what leans on the picture's border may go on beyond it."""
+    if layered:
+        beside = " and ".join(layered)
+        yield f"a layer of seeds beside the heap ({beside}) is left out"
+    margin = max((1 - LEAST_BESIDE) * wide, 2.0)
+    for flank in heap.flanks:
+        if flank.problem == WALL and not margin < flank.toe < wide - 1 - margin:
+            yield (
+                f"the heap reaches the picture's {flank.side} border, where it is taken"
+                " to lean on a wall: if it goes on, its angle is a part's"
+            )
 
 
 def _as_level(q: Quantity, pitch_deg: float, options: PileOptions) -> Quantity:
@@ -539,18 +544,26 @@ def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
     return (found + 0.5) / factor - 0.5
 
 
-def _repose_angle(
+def _mean_angles(
     slopes: tuple[FlankLine, ...], horizontal_sd: float, unlevel: tuple[str, ...]
-) -> Quantity:
-    """Mean of both flanks, in which the horizontal's error cancels, or the one flank
-    there is."""
-    mean = float(np.mean([s.angle_deg for s in slopes]))
-    own = float(np.linalg.norm([s.line.angle_sd_deg for s in slopes])) / len(slopes)
-    if len(slopes) == 2:
-        return Quantity(MAIN, mean, own, "deg")
-    return Quantity(MAIN, mean, float(np.hypot(own, horizontal_sd)), "deg").doubt(
-        *unlevel
-    )
+) -> Iterator[Quantity]:
+    """Of whole flanks, their lower and their upper thirds: the mean of both, in which
+    the horizontal's error cancels, or the one that there is."""
+    for name, parts in (
+        (MAIN, [(s.angle_deg, s.line.angle_sd_deg) for s in slopes]),
+        ("toe_angle", [s.toe for s in slopes]),
+        ("top_angle", [s.top for s in slopes]),
+    ):
+        told = np.array([part for part in parts if part is not None])
+        if len(told) < len(parts):
+            continue
+        one = len(told) == 1
+        own = np.linalg.norm(told[:, 1]) / len(told)
+        sd = float(np.hypot(own, one * horizontal_sd))
+        if name != MAIN and sd > MOST_SD_DEG:
+            continue  # of too few seeds
+        q = Quantity(name, float(told[:, 0].mean()), sd, "deg")
+        yield q.doubt(*unlevel) if one else q
 
 
 def _side_angles(

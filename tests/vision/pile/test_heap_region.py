@@ -264,6 +264,13 @@ def test_a_picture_that_cuts_the_foot_is_doubted_in_every_quantity():
     assert "bottom border" in found.quantities[0].reason
 
 
+@pytest.mark.parametrize(("left", "cut"), [(540, True), (100, False)])
+def test_a_heap_that_is_cut_at_its_crest_is_said_to_reach_the_border(left, cut):
+    """There it may lean on a wall or go on."""
+    found = angle(heap_of_seeds("horizon", 32.0, seed=3)[:, left:].copy())
+    assert any("reaches the picture's left border" in n for n in found.notes) == cut
+
+
 @pytest.mark.parametrize(("alpha", "pitch"), [(30, 5), (33, 10), (40, 15)])
 def test_a_cone_seen_from_above_is_corrected_by_its_outline(alpha, pitch):
     """tan²α = (tan²α′ + sin²p) / cos²p where the whole window lies on the tangents; a
@@ -420,3 +427,4 @@ def test_overexposed_beads_in_a_box_beside_a_clock_are_the_heap(angle_deg):
     assert abs(q.value - angle_deg) <= min(max(3 * q.sd, 1.0), 3.0)
     assert found.crest[0] > 900
     assert found.base.at(600) == pytest.approx(560, abs=10)
+    assert q.quality == GOOD and found.base.source == "foot"

@@ -414,7 +414,8 @@ def test_the_tops_of_seeds_that_cover_the_plate_are_not_taken_for_it():
 @pytest.mark.parametrize("flanks", [(36.0, 24.0), (30.0, 30.0)])
 def test_one_layer_of_seeds_on_the_plate_is_no_heap(flanks):
     """Discs in a row on both sides of a heap, no plate to be seen: heights count from
-    the discs' feet, and flanks that are bent are named with both angles."""
+    the discs' feet, and how a flank is bent is told by the angles of its lower and
+    upper third."""
     upper, lower = flanks
     radius, foot, middle = 9, 420, 650
     picture = np.full((500, 1300), 235, np.uint8)
@@ -440,9 +441,11 @@ def test_one_layer_of_seeds_on_the_plate_is_no_heap(flanks):
     assert q.value == pytest.approx(
         np.degrees(np.arctan(seen[0])), abs=max(3 * q.sd, 0.7)
     )
-    if upper != lower:
-        assert q.quality == DOUBTFUL and "bent" in q.reason
-        assert all(other.quality == DOUBTFUL for other in found.quantities)
+    assert q.quality == GOOD
+    for name, true in (("toe_angle", lower), ("top_angle", upper)):
+        third = value(found, name)
+        assert third.value == pytest.approx(true, abs=max(3 * third.sd, 0.7))
+    assert 0 < value(found, "toe_angle").sd < 3 > value(found, "top_angle").sd > 0
 
 
 def beside_a_box(top: int) -> np.ndarray:
