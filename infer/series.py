@@ -5,7 +5,7 @@ predict(r, own (L,), values) → (n_r,): the rows of recording r for its locals 
 the globals by name. Derivatives are finite differences; rows are whitened; locals are
 eliminated by QR."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -120,21 +120,16 @@ def problem_of(
     )
 
 
-def noise_about(
-    base: Fit, extra: Sequence[np.ndarray] | None = None
-) -> tuple[Noise, np.ndarray]:
+def noise_about(base: Fit) -> tuple[Noise, np.ndarray]:
     """Noise of all recordings but those of few rows, about a fit and its slopes, those
-    by effects, smooth curves and what is unlisted (`extra`: (n, K) of each) too, so
-    that what may be missing is not taken for noise; and σ (R,) of each over the sds
-    that its rows have, 1 of few rows."""
+    by effects and smooth curves too, so that what may be missing is not taken for
+    noise; and σ (R,) of each over the sds that its rows have, 1 of few rows."""
     series, owners, stretches = base.problem.series, [], []
     for r, one in enumerate(series):
         if one.few:
             continue
         left, columns = _white(base, r)
-        curves = [one.smooth] if extra is None else [one.smooth, extra[r]]
-        more = np.hstack(curves) / np.reshape(one.sigma, (-1, 1))
-        design = np.column_stack([columns, more])
+        design = np.column_stack([columns, one.smooth / np.reshape(one.sigma, (-1, 1))])
         design, left = (rows[: len(rows) - one.known] for rows in (design, left))
         size = np.linalg.norm(design, axis=0)
         basis, share, _ = np.linalg.svd(design[:, size > 0] / size[size > 0], False)

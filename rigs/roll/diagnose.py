@@ -119,8 +119,7 @@ def session_noise(
     """Noise about the fit with nothing missing; a ripple is not taken for noise."""
     first = first_noise(runs)
     model = build(runs, seed, *arguments(runs, seed), ripple=True)
-    base = fit(roll_problem(model, scales, first))
-    return noise_of(base, first, windows_of(base).extra)
+    return noise_of(fit(roll_problem(model, scales, first)), first)
 
 
 def corner_notes(base: Fit) -> tuple[str, ...]:

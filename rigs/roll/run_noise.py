@@ -1,7 +1,6 @@
 """Noise of a session's rolls: of rows by themselves first, then about their fit."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,11 +39,11 @@ def first_noise(runs: tuple[Run, ...]) -> RunNoise:
     return RunNoise(Noise(0.0, 0.0, 1.0), np.maximum(sigma, EXACT_M))
 
 
-def noise_of(base: Fit, before: RunNoise, unlisted: Sequence[np.ndarray]) -> RunNoise:
-    """About a fit with the noise `before`, and curves (n, K) of each run; few rows
-    keep their stated sds, but those of light gates that tell them better."""
+def noise_of(base: Fit, before: RunNoise) -> RunNoise:
+    """About a fit with the noise `before`; few rows keep their stated sds, but those of
+    light gates that tell them better."""
     runs, sigma = base.problem.model.runs, before.sigma.copy()
-    noise, factor = noise_about(base, unlisted)
+    noise, factor = noise_about(base)
     few = [has_few_rows(run) for run in runs]
     if any(few):
         # five numbers nearly explain few rows of both legs: the usual sd counts as one
