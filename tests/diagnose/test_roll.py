@@ -423,12 +423,12 @@ def test_rails_whose_gap_nobody_stated_make_no_law():
         incline_sd=0.03,
         length_mm=60.0,
     )
-    found = diagnosed(railed, 0, 6)
+    found = diagnosed(railed, 2, 6)
     assert found.verdict == "unknown" and found.law is None and not found.laws
     assert "of no shape that makes sense" in verdict_in_words(found)
     with pytest.MonkeyPatch.context() as unjudged:
         unjudged.setattr(power_law, "is_possible", lambda *about: True)
-        assert diagnosed(railed, 0, 6).laws
+        assert diagnosed(railed, 2, 6).laws
 
 
 def test_ripple_of_the_stated_shape_raises_no_alarm():
