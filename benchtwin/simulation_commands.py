@@ -494,6 +494,8 @@ def compare(
 
     folder, (at, ignored) = Path(out), rows_of(rows)
     check_out(folder, OURS, "comparison")
+    if not 1 <= packings <= 1000:
+        raise ValueError(f"--packings {packings}: 1 to 1000")
     jobs = {
         name: piles.piles(at, engine, packings, rng, dict(settings or {}))
         for name, engine in piles.engines(ranks, workers, scheduler).items()

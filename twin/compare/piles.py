@@ -40,8 +40,6 @@ def piles(
 ) -> list[Job]:
     """Row after row, packing after packing; a packing has the same random numbers in
     every row and engine. settings: as `twin.job.assigned` takes them."""
-    if not 1 <= packings <= 1000:
-        raise ValueError(f"--packings {packings}: 1 to 1000")
     made, pile = [], next(iter(by_surface().values()))
     section, _ = pile.simulated({}, WIDTH_MM, FILL_MM)
     for row in rows:

