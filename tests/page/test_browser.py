@@ -647,7 +647,7 @@ def test_no_page_is_wider_than_the_window(window, calibrated, width):
             window.go(page)
             window.until(lambda: len(window.text()) > 20)
             time.sleep(0.4)  # what is drawn after the page is there
-            window.until(lambda: wide() <= width, 20)  # and finds its place
+            window.until(lambda: wide() <= width, 60)  # and finds its place
             assert wide() <= width, page
     finally:
         window.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
