@@ -6,6 +6,7 @@ are parameters that they have in common."""
 
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from benchtwin.rigs.roll.effects.slope import SLOPE
 from benchtwin.rigs.roll.model import run_motion
 from benchtwin.rigs.roll.read import SeenRoll, roll_of
 from benchtwin.rigs.roll.session import assemble
-from benchtwin.vision.measurement import FAILED, Observation, Quantity
+from benchtwin.vision.measurement import FAILED, MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.track import track_from_table
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.recording import Recording
@@ -33,7 +34,8 @@ def plate_slopes(
         if {"acceleration", "rolling_resistance"} <= usable and found.track is not None:
             track = track_from_table(found.track, recording.camera)
             kind = recording.session or "", recording.seed
-            kinds.setdefault(kind, []).append(roll_of(track, recording))
+            with suppress(MeasurementError):  # it tells its own numbers, and no slope
+                kinds.setdefault(kind, []).append(roll_of(track, recording))
     names = [f"{session or 'roll'} both ways" for session, _ in kinds]
     numbered = [
         name if names.count(name) == 1 else f"{name} {k + 1}"
@@ -45,7 +47,10 @@ def plate_slopes(
 
 def _slope(name: str, rolls: list[SeenRoll]) -> Observation | None:
     """None for one direction."""
-    runs, seed, _ = assemble(rolls)
+    try:
+        runs, seed, left_out = assemble(rolls)
+    except ValueError:
+        return None
     counts = [sum(run.sign == sign for run in runs) for sign in (1.0, -1.0)]
     if not all(counts):
         return None
@@ -57,6 +62,7 @@ def _slope(name: str, rolls: list[SeenRoll]) -> Observation | None:
         f"slope, falling towards +x, from {counts[0]} runs towards +x and {counts[1]}"
         " towards -x, fitted together",
         "each direction's rolling friction contains the slope, their mean does not",
+        *left_out,
     )
     left = [
         1e3 * (run.x - run_motion(of.problem.model, r, of.starts[r], of.by_name)[0])

@@ -2,11 +2,16 @@
 slope, whatever they have in common."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from measure_all import measure
 from rolling_balls import Ball, way
+
+from benchtwin.rigs.roll.plate_slope import plate_slopes
+from benchtwin.twin.run import observe
+from benchtwin.vision.find_recordings import find_recordings
 
 GATES = np.array([150.0, 350, 550, 750, 950])
 
@@ -63,3 +68,14 @@ def test_one_direction_alone_tells_no_slope(tmp_path):
             "x_mm,t_s\n1,0\n2,1\n"
         )  # none of them can be measured
     assert all(q.name != "slope" for o in measure(tmp_path / "a") for q in o.quantities)
+
+
+def test_a_roll_whose_rows_go_back_and_forth_costs_no_other_its_slope(tmp_path):
+    bench(tmp_path / "a", 0.2, 2, np.random.default_rng(3))
+    told = [(r, observe(r)) for r in find_recordings(tmp_path / "a")]
+    recording, found = told[0]
+    rows = found.track.assign(x_mm=found.track.x_mm.to_numpy()[[0, 2, 1, 3, 4]])
+    told[0] = recording, replace(found, track=rows)
+    (slope,) = plate_slopes(told)
+    (q,) = slope.quantities
+    assert abs(q.value - 0.2) < 3 * q.sd and "from 1 runs" in slope.notes[0]
