@@ -14,7 +14,6 @@ from benchtwin.bench.numbers import plus_minus
 from benchtwin.infer.problem import fit
 from benchtwin.rigs.roll.diagnose import baseline, scales_of
 from benchtwin.rigs.roll.effects.slope import SLOPE
-from benchtwin.rigs.roll.model import run_motion
 from benchtwin.rigs.roll.read import SeenRoll, roll_of
 from benchtwin.rigs.roll.session import assemble
 from benchtwin.vision.measurement import FAILED, MeasurementError, Observation, Quantity
@@ -29,11 +28,16 @@ def plate_slopes(
     """An observation of the quantity `slope` [deg] for the rolls of every session and
     seed that stay on their incline, in both directions."""
     kinds: dict[tuple, list[SeenRoll]] = {}
+    speeding: dict[str, float] = {}  # acceleration by recording
     for recording, found in measured:
-        usable = {q.name for q in found.quantities if q.quality != FAILED}
-        if {"acceleration", "rolling_resistance"} <= usable and found.track is not None:
+        usable = {q.name: q.value for q in found.quantities if q.quality != FAILED}
+        if {
+            "acceleration",
+            "rolling_resistance",
+        } <= usable.keys() and found.track is not None:
             track = track_from_table(found.track, recording.camera)
             kind = recording.session or "", recording.seed
+            speeding[recording.id] = usable["acceleration"]
             with suppress(MeasurementError):  # it tells its own numbers, and no slope
                 kinds.setdefault(kind, []).append(roll_of(track, recording))
     names = [f"{session or 'roll'} both ways" for session, _ in kinds]
@@ -42,11 +46,13 @@ def plate_slopes(
         for k, name in enumerate(names)
     ]
     each = zip(numbered, kinds.values(), strict=True)
-    return [one for name, rolls in each if (one := _slope(name, rolls))]
+    return [one for name, rolls in each if (one := _slope(name, rolls, speeding))]
 
 
-def _slope(name: str, rolls: list[SeenRoll]) -> Observation | None:
-    """None for one direction."""
+def _slope(
+    name: str, rolls: list[SeenRoll], speeding: dict[str, float]
+) -> Observation | None:
+    """None for one direction; speeding: acceleration [m/s²] by recording."""
     try:
         runs, seed, left_out = assemble(rolls)
     except ValueError:
@@ -64,21 +70,19 @@ def _slope(name: str, rolls: list[SeenRoll]) -> Observation | None:
         "each direction's rolling friction contains the slope, their mean does not",
         *left_out,
     )
-    left = [
-        1e3 * (run.x - run_motion(of.problem.model, r, of.starts[r], of.by_name)[0])
-        for of in (base, found)
-        for r, run in enumerate(runs)
+    each = [
+        np.array([speeding[run.recording] for run in runs if run.sign == sign])
+        for sign in (1.0, -1.0)
     ]
-    time = [run.time_s - found.starts[r][0] for r, run in enumerate(runs)]
-    level, tilted = left[: len(runs)], left[len(runs) :]
+    number = np.concatenate([1.0 + np.arange(len(one)) for one in each])
     picture = plot(
-        np.concatenate(time),
-        np.concatenate(tilted),
-        np.zeros(sum(map(len, time)), bool),
-        labels=("time since release [s]", "recorded less fitted way [mm]"),
-        curves=list(zip(time, level, strict=True)),
+        number,
+        np.concatenate(each),
+        np.zeros(len(number), bool),
+        labels=("run of its direction", "acceleration [m/s²]"),
+        curves=[(np.array([0.5, len(a) + 0.5]), np.full(2, a.mean())) for a in each],
         caption=f"{name}: slope {plus_minus(slope, sd, 'deg')} falling towards +x;"
-        " lines: without it",
+        " lines: means of either direction",
     )
     quantity = Quantity("slope", slope, sd, "deg")
     return Observation(name, "roll", (quantity,), notes, {"slope": picture})
