@@ -127,9 +127,14 @@ def fit(
     return start.cache[asked]
 
 
+def refined(near: Fit, free: tuple[str, ...]) -> Fit:
+    """A fit with the effects `free`, at the minimum that is nearest to it."""
+    return _fit_from(near.problem, free, near.starts, near.values, near.cache)
+
+
 def _best_fit(problem: Problem, free: tuple[str, ...], start: Fit) -> Fit:
     """The best of the fits from all starting points."""
-    found = _fit_from(problem, free, start.starts, start.values, start.cache)
+    found = refined(replace(start, problem=problem), free)
     if not free:
         return found
     wide = np.isin(

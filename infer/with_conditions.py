@@ -9,7 +9,7 @@ from benchtwin.infer.condition_table import condition_table, numbers_of
 from benchtwin.infer.conditions import Contact, with_follows
 from benchtwin.infer.explanation import Alternative
 from benchtwin.infer.follow import ConditionTable
-from benchtwin.infer.problem import Fit, fit, ln_evidence
+from benchtwin.infer.problem import Fit, fit, ln_evidence, refined
 from benchtwin.infer.task import DiagnosisTask
 from benchtwin.infer.verdict import NAME_PROBABILITY, Verdict
 
@@ -29,7 +29,7 @@ def with_conditions(
     seen, table = fits[likeliest], ConditionTable()
     for _ in range(2):  # the fit without what was found is bent by it
         free = tuple(n for n, e in seen.problem.effects.items() if not e.group)
-        numbers = numbers_of(fit(seen.problem, free=free, start=seen), contact.column)
+        numbers = numbers_of(refined(seen, free), contact.column)
         table = condition_table(numbers, contact, conditions, rng)
         if not table.found:
             return table, task.alternatives, fits

@@ -6,20 +6,21 @@
 drive: sin β on the incline, that of the slope on the level; n: cos β and 1; s: sign of
 the motion; R: speed-dependent resistance over weight; h: height of the centre over its
 path; P, Q: pushes over weight; o: an oval seed turns more slowly where its centre is
-high (v = ω h). Runge–Kutta of fourth order between events, each met exactly. R, P, Q
-are tables, linear between points."""
+high (v = ω h). Runge–Kutta of fourth order between events, each met exactly; between
+its steps a cubic. R, P, Q are tables, linear between points."""
 
 from typing import NamedTuple
 
 import numba
 import numpy as np
 
-LONGEST_STEP_S = 12e-3
+LONGEST_STEP_S = 8e-3
 MOST_STEPS = 5000  # where a fit asks for a release long ago
 MOST_STOPS = 500  # after which a rocking seed counts as at rest
 SHORTEST_STEP_S = 1e-4
 LONGEST_TURN = 0.35  # of the ripple's argument, a step
-BISECTIONS = 50
+NEWTON_STEPS = 20  # to the corner or a stop
+CLOSE = 1e-14  # of a step, within which these are met
 
 
 class Table(NamedTuple):
@@ -153,16 +154,20 @@ def _step(t, x, v, h, heading, way, on_incline, slipping, tables):
 
 @compiled
 def _until(t, x, v, h, heading, way, on_incline, slipping, tables, stop):
-    """How much of h passes before the corner (stop False) or the stop (stop True)."""
-    low, high = 0.0, h
-    for _ in range(BISECTIONS):
-        mid = 0.5 * (low + high)
-        x1, v1 = _step(t, x, v, mid, heading, way, on_incline, slipping, tables)
-        if (heading * v1 <= 0.0) if stop else (x1 >= way.corner):
-            high = mid
+    """How much of h passes before the corner (stop False) or the stop (stop True), by
+    Newton's method from its end."""
+    begun, whole = heading, h
+    for _ in range(NEWTON_STEPS):
+        x1, v1 = _step(t, x, v, h, begun, way, on_incline, slipping, tables)
+        if stop:
+            rate = _rate(t + h, x1, v1, begun, way, on_incline, slipping, tables)
+            less = v1 / rate if rate != 0.0 else h
         else:
-            low = mid
-    return high
+            less = (x1 - way.corner) / v1 if v1 != 0.0 else h
+        h = min(max(h - less, 0.0), whole)
+        if abs(less) <= CLOSE * whole:
+            break
+    return h
 
 
 @compiled
@@ -172,32 +177,53 @@ def _travel(times, way, tables, longest_step, steps_per_way, x_out, v_out):
     slip_end, stops = -1e300, 0
     push = _push(t, x, way, on_incline, tables)
     resting = push <= (way.cos if on_incline else 1.0) * way.mu
-    for i in range(len(times)):
-        while t < times[i] and not resting:
-            slipping = t < slip_end
-            h = min(times[i] - t, longest_step)
-            if steps_per_way * abs(v) * h > 1.0:
-                h = min(h, max(1.0 / (steps_per_way * abs(v)), SHORTEST_STEP_S))
-            if slipping:
-                h = min(h, slip_end - t)
+    i = 0
+    while i < len(times) and not resting:
+        if times[i] <= t:
+            x_out[i], v_out[i] = x, v if times[i] == t else 0.0
+            i += 1
+            continue
+        slipping = t < slip_end
+        h = min(times[-1] - t, longest_step)
+        if steps_per_way * abs(v) * h > 1.0:
+            h = min(h, max(1.0 / (steps_per_way * abs(v)), SHORTEST_STEP_S))
+        if slipping:
+            h = min(h, slip_end - t)
+        x1, v1 = _step(t, x, v, h, heading, way, on_incline, slipping, tables)
+        corner = on_incline and x1 >= way.corner
+        stop = heading * v1 < 0.0 and not corner
+        if corner or stop:
+            h = _until(t, x, v, h, heading, way, on_incline, slipping, tables, stop)
             x1, v1 = _step(t, x, v, h, heading, way, on_incline, slipping, tables)
-            corner = on_incline and x1 >= way.corner
-            stop = heading * v1 < 0.0 and not corner
-            if corner or stop:
-                h = _until(t, x, v, h, heading, way, on_incline, slipping, tables, stop)
-                x1, v1 = _step(t, x, v, h, heading, way, on_incline, slipping, tables)
-            if t + h <= t:
-                t = times[i]
-            t, x, v = t + h, x1, v1
-            if corner:
-                on_incline, v, slip_end = False, v * way.keep, t + way.slip_time
-            if stop:
-                v, stops = 0.0, stops + 1
-                push = _push(t, x, way, on_incline, tables)
-                normal = way.cos if on_incline else 1.0
-                resting = (
-                    abs(push) <= normal * way.mu * (1 + 1e-9) + 1e-12
-                    or stops > MOST_STOPS
-                )
-                heading = 1.0 if push > 0 else -1.0
-        x_out[i], v_out[i] = x, 0.0 if t > times[i] or resting else v
+        end = t + h if t + h > t else times[i]
+        while i < len(times) and times[i] <= end:
+            u = (times[i] - t) / h if h > 0.0 else 1.0
+            x_out[i], v_out[i] = _between(min(u, 1.0), h, x, v, x1, v1)
+            i += 1
+        t, x, v = end, x1, v1
+        if corner:
+            on_incline, v, slip_end = False, v * way.keep, t + way.slip_time
+        if stop:
+            v, stops = 0.0, stops + 1
+            push = _push(t, x, way, on_incline, tables)
+            normal = way.cos if on_incline else 1.0
+            resting = (
+                abs(push) <= normal * way.mu * (1 + 1e-9) + 1e-12 or stops > MOST_STOPS
+            )
+            heading = 1.0 if push > 0 else -1.0
+    x_out[i:], v_out[i:] = x, 0.0
+
+
+@compiled
+def _between(u, h, x0, v0, x1, v1):
+    """Place and speed at the share u of a step, by Hermite's cubic."""
+    w = 1.0 - u
+    place = (
+        x0 * (1 + 2 * u) * w * w
+        + v0 * h * u * w * w
+        + x1 * u * u * (3 - 2 * u)
+        - v1 * h * u * u * w
+    )
+    way = x1 - x0
+    speed = 6 * u * w * way / h if h > 0.0 else 0.0
+    return place, speed + v0 * w * (1 - 3 * u) + v1 * u * (3 * u - 2)

@@ -29,7 +29,8 @@ def test_rolling_without_more_has_its_closed_form():
 
 
 def test_resistance_that_grows_with_speed_has_its_closed_form():
-    """On the level from v₀: v = (v₀ + μ/k) exp(−F k t) − μ/k until it stops."""
+    """On the level from v₀: v = (v₀ + μ/k) exp(−F k t) − μ/k until it stops; within a
+    step h speeds are the slope of a cubic, to (F k)³ v h³/125."""
     k, grid = 0.5, np.linspace(0, 1, 200)
     times = np.linspace(0.3, 0.5, 7)
     speed = travel(times, LEVEL, Table(0.0, grid[1], k * grid))[1]
@@ -37,7 +38,7 @@ def test_resistance_that_grows_with_speed_has_its_closed_form():
     assert (
         travel(times, LEVEL, Table(0.0, grid[1], k * grid))[0][0] > 0.031
     )  # behind the corner
-    np.testing.assert_allclose(speed, later, atol=1e-7)
+    np.testing.assert_allclose(speed, later, atol=2e-7)
 
 
 def test_a_seed_that_climbs_over_itself_keeps_its_energy_and_stops_in_a_trough():
