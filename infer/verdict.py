@@ -146,7 +146,8 @@ def verdict_of(posterior: Posterior) -> Verdict:
     """none: no alarm. name: one listed set, with NAME_PROBABILITY and by itself with
     ALONE_PROBABILITY, each of its sizes other than 0, from more than one recording;
     its probability is that of this set and nothing else. unknown: something unlisted is
-    more probable than listed effects alone. class: the likeliest set, and the fewest
+    more probable than listed effects alone. class: the likeliest set and others of as
+    many effects, until NAME_PROBABILITY of such sets lie within it, and the fewest
     effects of which at least one is in NAME_SHARE of the listed explanations."""
     sets = posterior.by_set()
     nothing = posterior.probability(())
@@ -172,9 +173,21 @@ def verdict_of(posterior: Posterior) -> Verdict:
         )
         with_sure = sum(p for names, p in unlisted.items() if set(sure) <= set(names))
         return Verdict("unknown", sure, with_sure)
-    names = {*best, *_cover(listed)}
+    names = {*_alike(listed, best), *_cover(listed)}
     among = sum(p for found, p in listed.items() if set(found) <= names)
     return Verdict("class", tuple(n for n in ranked if n in names), among)
+
+
+def _alike(sets: dict[tuple[str, ...], float], best: tuple[str, ...]) -> set[str]:
+    """The effects of the likeliest sets of as many effects as the best, until
+    NAME_PROBABILITY of these sets lie within."""
+    alike = {found: p for found, p in sets.items() if len(found) == len(best)}
+    names, most = set(best), NAME_PROBABILITY * sum(alike.values())
+    for found in sorted(alike, key=lambda found: -alike[found]):
+        if sum(p for own, p in alike.items() if names.issuperset(own)) >= most:
+            break
+        names |= set(found)
+    return names
 
 
 def _cover(sets: dict[tuple[str, ...], float]) -> list[str]:

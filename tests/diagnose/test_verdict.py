@@ -171,6 +171,19 @@ def test_a_clear_effect_is_named_and_one_recording_names_nothing():
     assert found(sets, 1e-9, 1e-12, 0.6, {}, recordings=1)[1].verdict == "class"
 
 
+def test_a_class_of_pairs_holds_the_pairs_that_are_nearly_as_likely():
+    """A drag that is sure beside a tilt or a scale, .55 and .3 of the pairs: neither is
+    left out; a third of them, .1, is."""
+    sets = {
+        ("drag", "plate-tilt"): 0.55,
+        ("drag", "scale-error"): 0.3,
+        ("drag", "clock-error"): 0.1,
+    }
+    verdict = found(sets, 1e-9, 1e-12, 0.6, {})[1]
+    assert verdict.verdict == "class"
+    assert set(verdict.names) == {"drag", "plate-tilt", "scale-error"}
+
+
 def test_a_size_whose_interval_holds_zero_is_no_name():
     """A draught of 0.017 (−0.086 to 0.120), as probable as can be."""
     sizes = {"drag": (0.017, 0.052)}
