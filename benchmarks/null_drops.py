@@ -3,9 +3,9 @@ often does a diagnosis of drops raise an alarm, and is its p uniform?
 
     git clone https://github.com/DAIRLab/contact-nets CLONES/contact-nets
     .venv/bin/python benchmarks/null_drops.py CLONES OUT [--benches 100] [--keys exact]
-        [--flights real]
+        [--flights real] [--sizes 5 10]
 
-A cube is tossed; five to ten of its flights, drawn at random, are a bench, in the plane
+A cube is tossed; some of its flights, drawn at random, are a bench, in the plane
 in which each moves. What all of them have in common is taken away first: lengths that
 are 1.8 % short and the cube's drag. What is left, by which each flight differs, stays:
 the point that is tracked lies 6 mm beside the centre of mass of a turning body.
@@ -147,13 +147,15 @@ def main() -> None:
     parser.add_argument("--keys", choices=[*KEYS], default="exact")
     kinds = ("real", "white", "scatter", "force")
     parser.add_argument("--flights", choices=kinds, default="real")
+    parser.add_argument("--sizes", type=int, nargs=2, default=(5, 10), help="flights")
     parser.add_argument("--rng", type=int, default=1)
     told = parser.parse_args()
     flights, found = freed(flights_of(told.clones)), []
     told.out.mkdir(parents=True, exist_ok=True)
     for number in range(told.benches):
         rng = np.random.default_rng([told.rng, number])
-        some = rng.choice(len(flights), rng.integers(5, 11), replace=False)
+        size = rng.integers(*told.sizes, endpoint=True)
+        some = rng.choice(len(flights), size, replace=False)
         bench = [flights_for(told.flights, flights[k], rng) for k in some]
         one = diagnosed(bench, told.keys, rng)
         likely = " + ".join(one.explanations[0][0])
@@ -161,7 +163,8 @@ def main() -> None:
         found.append((len(some), *said, likely, one.explanations[0][1]))
         columns = ["flights", "alarm", "p", "verdict", "names", "likeliest", "prob"]
         table = pd.DataFrame(found, columns=columns)
-        table.to_csv(told.out / f"{told.flights}-{told.keys}.csv", index=False)
+        name = f"{told.flights}-{told.keys}-{'-'.join(map(str, told.sizes))}.csv"
+        table.to_csv(told.out / name, index=False)
     p = stats.kstest(table.p, "uniform")
     print(
         f"{told.flights}, keys {told.keys}: {table.alarm.sum()} of {len(table)} alarm,"
