@@ -154,7 +154,8 @@ def main() -> None:
     told.out.mkdir(parents=True, exist_ok=True)
     for number in range(told.benches):
         rng = np.random.default_rng([told.rng, number])
-        size = rng.integers(*told.sizes, endpoint=True)
+        least, most = told.sizes
+        size = rng.integers(least, most + 1)
         some = rng.choice(len(flights), size, replace=False)
         bench = [flights_for(told.flights, flights[k], rng) for k in some]
         one = diagnosed(bench, told.keys, rng)

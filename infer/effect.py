@@ -91,7 +91,9 @@ class Effect:
     tilt: Callable | None = None  # (coefficients, Tilt, value): slides
     read: Callable | None = None  # (angle, Read, value)
     rest: Callable | None = None  # (value)
-    resist: Callable | None = None  # (speed, value, seed, all values): rolls
+    # (speed, value, seed or run, all values) → friction: rolls, slides
+    resist: Callable | None = None
+    along: Callable | None = None  # (way [m], value) → friction: rolls, slides
     summary: Callable | None = None  # (Explanation) → reported value and sd
     needs: Callable | None = None  # (session) → whether these recordings can show it
 

@@ -13,15 +13,18 @@ from functools import cached_property
 
 import numpy as np
 
+from benchtwin.bench.table import NOTHING, Table, over, total
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.roll.effects.corner import usual_loss
 from benchtwin.rigs.roll.effects.resistance import drag_over_weight
 from benchtwin.rigs.roll.effects.shape_barrier import ripple
 from benchtwin.rigs.roll.effects.slope import drive
-from benchtwin.rigs.roll.motion import NOTHING, Table, Way, travel
+from benchtwin.rigs.roll.motion import Way, travel
 from benchtwin.rigs.roll.session import Run, Seed, weight_over_inertia
 
 SPEEDS = 240  # points of the table of resistance over speed
+PLACES = 240  # and over the way, which may be so many times as long as seen
+FARTHER = 2.0
 REMEMBERED = 600  # predictions kept: a fit asks for the same point several times
 OWN = (
     "release_s",
@@ -156,7 +159,18 @@ def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -
     speed, values = model.speeds, air * model.unit_drag
     for resist, value in acting:
         values = values + resist(speed, value, model.seed, at)
-    return Table(0.0, float(speed[1]), values)
+    return over(speed, values)
+
+
+def resisted_along(model: Model, r: int, at: dict[str, float]) -> Table:
+    """What of effects pushes run r over the way since its release, over weight."""
+    acting = [
+        (e.along, at[n]) for n, e in model.effects.items() if e.along and at.get(n)
+    ]
+    if not acting:
+        return NOTHING
+    way = np.linspace(0, FARTHER * float(np.ptp(model.runs[r].x)), PLACES)
+    return over(way, -sum(along(way, value) for along, value in acting))
 
 
 def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.ndarray:
@@ -200,7 +214,7 @@ def run_motion(
     r: int,
     own: np.ndarray,
     at: dict[str, float],
-    more: Table | None = None,
+    more: Table = NOTHING,
     place: Table = NOTHING,
     time: Table = NOTHING,
     way: Way | None = None,
@@ -209,13 +223,8 @@ def run_motion(
 
     more: further resistance over speed; place, time: pushes over weight along travel
     and time since release; way: instead of `way_of`."""
-    by_speed = resistance_of(model, r, own, at)
-    if more is not None:
-        grid = more.low + more.step * np.arange(len(more.values))
-        known = np.arange(len(by_speed.values)) * by_speed.step + by_speed.low
-        by_speed = Table(
-            more.low, more.step, more.values + np.interp(grid, known, by_speed.values)
-        )
+    by_speed = total(more, resistance_of(model, r, own, at))
+    place = total(place, resisted_along(model, r, at))
     # Rows are block means: the mean of two points one sd before and after agrees to
     # third order.
     run = model.runs[r]

@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from benchtwin.bench.table import NOTHING, Table, look
+
 LONGEST_STEP_S = 8e-3
 MOST_STEPS = 5000  # where a fit asks for a release long ago
 MOST_STOPS = 500  # after which a rocking seed counts as at rest
@@ -21,17 +23,6 @@ SHORTEST_STEP_S = 1e-4
 LONGEST_TURN = 0.35  # of the ripple's argument, a step
 NEWTON_STEPS = 20  # to the corner or a stop
 CLOSE = 1e-14  # of a step, within which these are met
-
-
-class Table(NamedTuple):
-    """Values (m,) at low, low + step, …; constant beyond both ends."""
-
-    low: float
-    step: float
-    values: np.ndarray
-
-
-NOTHING = Table(0.0, 1.0, np.zeros(1))
 
 
 class Tables(NamedTuple):
@@ -91,21 +82,6 @@ compiled = numba.njit(cache=True, error_model="numpy", boundscheck=False)
 
 
 @compiled
-def _look(at, table):
-    values = table.values
-    last = len(values) - 1
-    if last == 0:
-        return values[0]
-    u = (at - table.low) / table.step
-    if u <= 0:
-        return values[0]
-    if u >= last:
-        return values[last]
-    i = int(u)
-    return values[i] + (u - i) * (values[i + 1] - values[i])
-
-
-@compiled
 def _climb(x, way):
     c, s = way.ripple
     if c == 0.0 and s == 0.0:
@@ -118,14 +94,14 @@ def _climb(x, way):
 def _push(t, x, way, on_incline, tables):
     """Drive over weight, whichever way the seed rolls."""
     climb = _climb(x, way)
-    extra = _look(x - way.x0, tables.place) + _look(t - way.t0, tables.time)
+    extra = look(x - way.x0, tables.place) + look(t - way.t0, tables.time)
     return (way.sin - way.cos * climb if on_incline else way.level - climb) + extra
 
 
 @compiled
 def _rate(t, x, v, heading, way, on_incline, slipping, tables):
     normal = way.cos if on_incline else 1.0
-    against = way.mu + _look(abs(v), tables.resistance)
+    against = way.mu + look(abs(v), tables.resistance)
     a = way.f * (_push(t, x, way, on_incline, tables) - heading * normal * against)
     if way.oval != 0.0:
         a += way.oval * v * v * _climb(x, way)

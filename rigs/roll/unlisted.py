@@ -6,6 +6,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from benchtwin.bench.table import Table, over
 from benchtwin.infer import power_law
 from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
 from benchtwin.infer.possible_law import LEFT
@@ -13,7 +14,6 @@ from benchtwin.infer.power_law import Family, Law, counterpart, raised, referenc
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.roll.model import run_motion, way_of
-from benchtwin.rigs.roll.motion import Table
 from benchtwin.rigs.roll.problem import PUSH
 from benchtwin.rigs.roll.run_noise import has_few_rows
 from benchtwin.rigs.roll.session import Run, Seed
@@ -69,7 +69,7 @@ def bump(low: float, high: float, reach: float) -> Table:
     inside = np.clip((grid - low) / width + 0.5, 0, 1) * np.clip(
         (high - grid) / width + 0.5, 0, 1
     )
-    return Table(0.0, float(width), -PUSH * inside)
+    return over(grid, -PUSH * inside)
 
 
 def windows_of(fit: Fit) -> Windows:
@@ -126,7 +126,7 @@ def _phase(model, at: FittedRuns, r: int, low: float, high: float) -> Table:
     reach = 1.3 * float(at.seen[r][-1] - at.ways[r].x0)
     grid = np.linspace(0.0, reach, 2000)
     phi = np.mod(model.turn[r] * (grid + at.ways[r].x0) + model.phase[r], 2 * np.pi)
-    return Table(0.0, float(grid[1]), -PUSH * ((phi >= low) & (phi < high)))
+    return over(grid, -PUSH * ((phi >= low) & (phi < high)))
 
 
 def law_of(base: Fit) -> Law:
@@ -147,17 +147,17 @@ def law_of(base: Fit) -> Law:
 
     def by_speed(p: float, r: int) -> np.ndarray:
         grid = np.linspace(0.0, 1.3 * top, POINTS)
-        return response(base, at, r, more=_table(grid, raised(grid / top, p)))
+        return response(base, at, r, more=over(grid, PUSH * raised(grid / top, p)))
 
     def by_place(p: float, r: int) -> np.ndarray:
         grid = np.linspace(0.0, begins[r] - at.ways[r].x0 + 1.3 * reach, POINTS)
         past = np.maximum(grid - (begins[r] - at.ways[r].x0), 0.0)
-        return response(base, at, r, place=_table(grid, -raised(past / far, p)))
+        return response(base, at, r, place=over(grid, -PUSH * raised(past / far, p)))
 
     def by_time(p: float, r: int) -> np.ndarray:
         grid = np.linspace(0.0, ends[r], POINTS)
         past = np.maximum(grid - waits[r], 0.0)
-        return response(base, at, r, time=_table(grid, -raised(past / long, p)))
+        return response(base, at, r, time=over(grid, -PUSH * raised(past / long, p)))
 
     def least_drive(at: Mapping[str, float]) -> float:
         """A force along the motion that goes with speed or time is friction that is
@@ -191,10 +191,6 @@ def law_of(base: Fit) -> Law:
             way = at.ways[r]._replace(keep=at.ways[r].keep * (1 - PUSH))
             columns[r].append(response(base, at, r, way=way))
     return power_law.law_of(base, families, [np.column_stack(c) for c in columns])
-
-
-def _table(grid: np.ndarray, values: np.ndarray) -> Table:
-    return Table(0.0, float(grid[1]), PUSH * values)
 
 
 def _against(rises: bool) -> str:
@@ -341,7 +337,7 @@ def _falls(base: Fit, at: FittedRuns, asked) -> list[tuple[float, int]]:
             )
             phi = turn[r] * (grid + at.ways[r].x0) + phase[r]
             for j, wave in enumerate((np.cos, np.sin)):
-                push = Table(0.0, float(grid[1]), PUSH * wave(phi))
+                push = over(grid, PUSH * wave(phi))
                 moved = response(base, at, r, place=push)
                 extra[r][: len(moved), 2 * (k * count + r) + j] = moved
     columns, project, b = beside_globals(

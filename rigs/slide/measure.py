@@ -436,7 +436,7 @@ def _values(model: Model, values: dict[str, float]) -> dict[str, float]:
         }
     tilt = tilt_of(model, run, values, values)
     laws = laws_of(model, run, values["phase"], values)
-    held = laws._replace(static_excess=0.0, stribeck=0.0)
+    held = laws._replace(static_excess=0.0)
     angle = float(np.polynomial.polynomial.polyval(values["onset"], tilt))
     return {
         "slide_angle": math.degrees(angle),

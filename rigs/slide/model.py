@@ -25,8 +25,9 @@ import numpy as np
 
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.table import over
 from benchtwin.infer.effect import Effect
-from benchtwin.rigs.slide.motion import Laws, friction_at, travel
+from benchtwin.rigs.slide.motion import NO_MORE, Laws, Tables, friction_at, travel
 from benchtwin.rigs.slide.session import SET_OFF, SETTLES_S, WAVES, Read, Run, Session
 
 HINGE_M = unstated_sd("hinge")  # it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
@@ -40,6 +41,8 @@ SHAPES = tuple(f"shape-{k}" for k in range(WAVES + len(SETTLES_S) - 2))
 # globals that do not change the motion
 PICTURE = frozenset({"friction", "scale", "lens", "perspective", "reader", *SHAPES})
 MOTIONS = 64  # cached
+POINTS = 300  # of tables of friction
+FASTER, FARTHER = 5.0, 2.0  # their ends: times the mean speed, and the way that is seen
 LAG, LAG_SD = 0.5, 0.29  # place on a step at which it lets go: uniform
 CLIMB_S = 0.07  # median time in which a plate climbs a step
 
@@ -91,6 +94,22 @@ def laws_of(model: Model, run: Run, phase: float, values: dict[str, float]) -> L
     return laws
 
 
+def tables_of(model: Model, run: Run, values: dict[str, float]) -> Tables:
+    """Friction that effects add to a run's."""
+    acting = [(e, v) for n, e in model.effects.items() if (v := values.get(n))]
+    by_speed = [(e.resist, v) for e, v in acting if e.resist]
+    by_way = [(e.along, v) for e, v in acting if e.along]
+    if not (by_speed or by_way):
+        return NO_MORE
+    way = float(np.ptp(run.travel)) / 1000
+    mean = way / float(np.ptp(run.time[run.moving]))
+    roots = np.linspace(0.0, math.sqrt(FASTER * mean), POINTS)
+    ways = np.linspace(0.0, FARTHER * way, POINTS)
+    added = [resist(roots**2, v, run, values) for resist, v in by_speed]
+    along = [of_way(ways, v) for of_way, v in by_way]
+    return Tables(over(roots, sum(added, 0 * roots)), over(ways, sum(along, 0 * ways)))
+
+
 def tilt_of(
     model: Model, run: Run, own: dict[str, float], values: dict[str, float]
 ) -> np.ndarray:
@@ -121,15 +140,17 @@ def run_motion(
             model.seen.clear()
         run, p = model.session.runs[r], of_own(own)
         c, time = tilt_of(model, run, p, values), run.time - run.tilt.origin
+        tables = tables_of(model, run, values)
         if run.in_motion:
             onset = p["onset"] if run.how == SET_OFF else float(time[0])
             friction = model.friction + p["own friction"]
             laws = laws_of(model, run, 0.0, values)._replace(friction=friction)
-            way, speed = travel(time, onset, c, laws, p["speed"], run.rests)
+            way, speed = travel(time, onset, c, laws, p["speed"], run.rests, tables)
         else:
             laws = laws_of(model, run, p["phase"], values)
-            friction = friction_at(p["onset"], c, laws)
-            way, speed = travel(time, p["onset"], c, laws._replace(friction=friction))
+            friction = friction_at(p["onset"], c, laws, tables)
+            laws = laws._replace(friction=friction)
+            way, speed = travel(time, p["onset"], c, laws, tables=tables)
         model.seen[key] = way, speed, friction
     return model.seen[key]
 

@@ -4,10 +4,12 @@ sliding.
     (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ)
                 − d (ẋ + s √ẋ)²,   θ a cubic in t, or stairs on it
 
-    μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v + A (v/v_0)^p
+    μ = μ_k + R(√|v|) + P(x)
 
 x down the plate; r₀: distance of the hinge (0 if not stated); 2 θ̇ ẋ: Coriolis
-acceleration that lifts a block sliding on a rotating plate (c: its share); d, s: air.
+acceleration that lifts a block sliding on a rotating plate (c: its share); d, s: air;
+R, P: tables of friction, over the root of speed, since much differs near 0, and over
+the way.
 The onset is given, and determines static friction, so that travel is smooth in every
 other parameter. On a shaken plate it is when the mean pull reaches friction. A block
 may have a speed at its onset (it was pushed, or moves from the first row on); where it
@@ -21,6 +23,7 @@ import numpy as np
 from numba import njit
 
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.table import NOTHING, Table, look
 
 STEPS = 300  # at least, from rest to the end
 FARTHEST_M = 100.0  # bound on travel, against overflow in a fit
@@ -34,13 +37,6 @@ class Laws(NamedTuple):
 
     friction: float = 0.0  # μ_k
     static_excess: float = 0.0  # friction lost at once
-    stribeck: float = 0.0  # Δ
-    stribeck_speed: float = 0.05  # v_s
-    exponent: float = 1.0  # n
-    viscous: float = 0.0  # k
-    steep: float = 0.0  # A; this and the next two: of a law that was found
-    steep_speed: float = 1.0  # v_0
-    steep_power: float = 1.0  # p
     press: float = 0.0  # F/m
     inertia: float = 0.0  # κ
     turning: float = 1.0  # c
@@ -55,7 +51,24 @@ class Laws(NamedTuple):
     climb: float = 0.05  # time to climb a step [s]
 
 
-def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
+class Tables(NamedTuple):
+    """R and P: friction beside that of the block."""
+
+    root_speed: Table = NOTHING
+    way: Table = NOTHING
+
+    @property
+    def at_rest(self) -> float:
+        """Both where the block lets go."""
+        return float(self.root_speed.values[0] + self.way.values[0])
+
+
+NO_MORE = Tables()
+
+
+def friction_at(
+    onset: float, tilt: np.ndarray, laws: Laws, tables: Tables = NO_MORE
+) -> float:
     """Kinetic friction of a block that lets go at `onset`."""
     angle, rate = tilt[0] + onset * (tilt[1] + onset * (tilt[2] + onset * tilt[3])), 0.0
     if not laws.stair:
@@ -64,7 +77,7 @@ def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
     return (
         pull / (G_M_S2 * math.cos(angle) + laws.press)
         - laws.static_excess
-        - laws.stribeck
+        - tables.at_rest
     )
 
 
@@ -75,12 +88,13 @@ def travel(
     laws: Laws,
     speed: float = 0.0,
     rests: bool = False,
+    tables: Tables = NO_MORE,
 ) -> tuple[np.ndarray, np.ndarray]:
     """x (n,) [m] and v (n,) [m/s]; tilt (4,): coefficients of θ [rad] in t, lowest
     first; speed [m/s] at the onset; rests: whether friction may stop the block."""
     time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
     laws = Laws(*(float(value) for value in laws))
-    return _travel(time, float(onset), tilt, laws, float(speed), rests)
+    return _travel(time, float(onset), tilt, laws, tables, float(speed), rests)
 
 
 @njit(cache=True)
@@ -102,16 +116,17 @@ def _tilt(t: float, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[float, 
 
 @njit(cache=True)
 def _acceleration(
-    t: float, x: float, v: float, onset: float, tilt: np.ndarray, laws: Laws
+    t: float,
+    x: float,
+    v: float,
+    onset: float,
+    tilt: np.ndarray,
+    laws: Laws,
+    tables: Tables,
 ) -> float:
     angle, rate = _tilt(t, onset, tilt, laws)
-    friction = laws.friction + laws.viscous * v
-    if laws.stribeck != 0.0:
-        friction += laws.stribeck * math.exp(
-            -((abs(v) / laws.stribeck_speed) ** laws.exponent)
-        )
-    if laws.steep != 0.0:
-        friction += laws.steep * (abs(v) / laws.steep_speed) ** laws.steep_power
+    friction = laws.friction + look(math.sqrt(abs(v)), tables.root_speed)
+    friction += look(x, tables.way)
     normal = G_M_S2 * math.cos(angle) + laws.press - 2 * laws.turning * rate * v
     force = (
         G_M_S2 * math.sin(angle)
@@ -125,15 +140,23 @@ def _acceleration(
 
 @njit(cache=True)
 def _step(
-    t: float, s: float, x: float, v: float, onset: float, tilt: np.ndarray, laws: Laws
+    t: float,
+    s: float,
+    x: float,
+    v: float,
+    onset: float,
+    tilt: np.ndarray,
+    laws: Laws,
+    tables: Tables,
 ) -> tuple[float, float]:
     """x and v one Runge–Kutta step of s later."""
-    a1 = _acceleration(t, x, v, onset, tilt, laws)
-    a2 = _acceleration(t + s / 2, x + s / 2 * v, v + s / 2 * a1, onset, tilt, laws)
-    a3 = _acceleration(
-        t + s / 2, x + s / 2 * (v + s / 2 * a1), v + s / 2 * a2, onset, tilt, laws
-    )
-    a4 = _acceleration(t + s, x + s * (v + s / 2 * a2), v + s * a3, onset, tilt, laws)
+    half, end = t + s / 2, t + s
+    a1 = _acceleration(t, x, v, onset, tilt, laws, tables)
+    x2, v2 = x + s / 2 * v, v + s / 2 * a1
+    a2 = _acceleration(half, x2, v2, onset, tilt, laws, tables)
+    x3, v3 = x + s / 2 * v2, v + s / 2 * a2
+    a3 = _acceleration(half, x3, v3, onset, tilt, laws, tables)
+    a4 = _acceleration(end, x + s * v3, v + s * a3, onset, tilt, laws, tables)
     return x + s * v + s * s / 6 * (a1 + a2 + a3), v + s / 6 * (
         a1 + 2 * a2 + 2 * a3 + a4
     )
@@ -158,6 +181,7 @@ def _travel(
     onset: float,
     tilt: np.ndarray,
     laws: Laws,
+    tables: Tables,
     begun: float,
     rests: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -181,7 +205,7 @@ def _travel(
             if stopped:
                 break
             before, came = x, v
-            x, v = _step(t + k * s, s, x, v, onset, tilt, laws)
+            x, v = _step(t + k * s, s, x, v, onset, tilt, laws, tables)
             if rests and v <= 0.0:  # v falls evenly within a step
                 x = before + s * came**2 / (2 * max(came - v, 1e-12))
                 v, stopped = 0.0, True

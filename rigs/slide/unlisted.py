@@ -111,8 +111,8 @@ def _in_the_twin(top: float):
 
     def acts(name: str, power: float) -> dict:
         return {
-            "act": lambda laws, run, value: laws._replace(
-                steep=value, steep_speed=top, steep_power=power
+            "resist": lambda speed, value, run, more: (
+                value * raised(speed / top, power)
             ),
             "counterpart": counterpart(
                 "friction is more by", "friction_power", "size", name, top, power

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from benchtwin.bench.table import Table
 from benchtwin.rigs.roll.initial_path import fit_path
-from benchtwin.rigs.roll.motion import Table, Way, travel
+from benchtwin.rigs.roll.motion import Way, travel
 
 G = 9.80665
 

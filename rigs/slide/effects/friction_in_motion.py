@@ -5,6 +5,9 @@ Canudas de Wit (1994), Automatica 30, 1083; Bo & Pavelescu (1982), Wear 82, 277 
 """
 
 import math
+from collections.abc import Mapping
+
+import numpy as np
 
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.rigs.slide.session import lets_go
@@ -20,6 +23,13 @@ def _tracked(session) -> bool:
 def scale_m_s(ln_scale: float) -> float:
     """v_s from ln of it over SPEED_M_S, clipped to e^∓6."""
     return SPEED_M_S * math.exp(min(max(ln_scale, -6.0), 6.0))
+
+
+def _falling(speed, value: float, run, more: Mapping[str, float]):
+    """Δ exp(−(v/v_s)ⁿ)."""
+    power = math.exp(min(max(more.get("stribeck.shape", 0.0), -3.0), 3.0))
+    scale = scale_m_s(more.get("stribeck.ln-speed", 0.0))
+    return value * np.exp(-((speed / scale) ** power))
 
 
 EFFECTS = (
@@ -77,7 +87,7 @@ EFFECTS = (
             "the same slide at a tenth of the tilt rate: speeds between rest and a few"
             " cm/s"
         ),
-        act=lambda laws, run, value: laws._replace(stribeck=laws.stribeck + value),
+        resist=_falling,
         rest=float,
         counterpart=Counterpart(
             "friction falls by {value} with sliding speed",
@@ -102,7 +112,6 @@ EFFECTS = (
         source="scales of 0.01 to 0.25 m/s show within a slide",
         group="stribeck",
         scaled_prior=False,
-        act=lambda laws, run, value: laws._replace(stribeck_speed=scale_m_s(value)),
     ),
     Effect(
         name="stribeck.shape",
@@ -115,9 +124,6 @@ EFFECTS = (
         source="exponents of 0.5 to 2",
         group="stribeck",
         scaled_prior=False,
-        act=lambda laws, run, value: laws._replace(
-            exponent=math.exp(min(max(value, -3.0), 3.0))
-        ),
     ),
     Effect(
         name="viscous-sliding",
@@ -134,7 +140,7 @@ EFFECTS = (
             "the same slide at three times the tilt rate: higher speeds at the same"
             " places"
         ),
-        act=lambda laws, run, value: laws._replace(viscous=laws.viscous + value),
+        resist=lambda speed, value, run, more: value * speed,
         counterpart=Counterpart(
             "friction grows by {value} per m/s",
             lambda v: {"laws": {"friction_viscous": {"slope": v["viscous-sliding"]}}},
