@@ -122,7 +122,17 @@ def test_every_effect_that_has_a_key_is_tried():
     assert effects == set(BENCHES)
 
 
-@pytest.mark.parametrize(("rig", "name"), BENCHES)
+# of further keys of the camera and the release in the slow tests
+FURTHER = ("clock-error", "camera-roll", "release-height")
+TRIED = [
+    pytest.param(
+        *one, marks=[pytest.mark.slow] * (one[0] == "drop" and one[1] in FURTHER)
+    )
+    for one in BENCHES
+]
+
+
+@pytest.mark.parametrize(("rig", "name"), TRIED)
 def test_a_finding_that_is_stated_is_found_no_more(rig, name, tmp_path):
     diagnosed = BENCHES[rig, name]
     found = diagnosed(tmp_path / "1", {})
