@@ -14,7 +14,6 @@ import numpy as np
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import NARROWED, MeasurementError
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
-from benchtwin.vision.pile.heap_region import Region
 from benchtwin.vision.pile.line import EDGE_FLOOR_PX, LEAST_COLUMNS, Line, fit_line
 from benchtwin.vision.pile.surface import (
     Background,
@@ -58,7 +57,6 @@ MOST_BOW = 0.5  # of a foot's half width: of a camera 30° above the plate
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
 TAILS = 3.0  # degrees of freedom of what is off the foot
 ROUNDS = 30  # until weights and line agree
-MASK_SD = 0.5  # px of a mask's edges, which are whole pixels
 
 
 def find_base_line(
@@ -82,7 +80,7 @@ def find_base_line(
     if (given := stated_base_line(baseline, crop.shape, roi)) is not None:
         return beside_seen(given, (c for c in candidates if c.source in SEEN))
     if candidates:
-        return min(candidates, key=lambda line: bool(beside_plumb(line, camera)))
+        return min(candidates, key=lambda line: bool(line.doubt))
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
@@ -105,17 +103,17 @@ def _candidate_lines(
     edge = plate_edge(crop, background, silhouette.top)
     for line, source in ((plate, "plate"), (edge, "edge")):
         if line is not None:
-            yield BaseLine(line.intercept, line.slope, line.slope_sd, source, sd)
-    height = background.small.shape[0]
-    lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
-    if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
+            seen = BaseLine(line.intercept, line.slope, line.slope_sd, source, sd)
+            yield _beside_plumb(seen, camera)
+    within = silhouette.bottom < len(background.small) - 2
+    lower = np.where(within, silhouette.bottom, np.nan)
+    if within.sum() > 0.5 * np.isfinite(silhouette.bottom).sum():
         rows = in_full_px(lower, background.factor, crop.shape[1])
         least = silhouette.threshold / 2
         foot = subpixel_edge(crop, rows, background.factor, least, upward=True)
-        x = np.flatnonzero(np.isfinite(surface) & np.isfinite(foot))
-        under = _foot(x, surface[x], foot[x], camera, sd)
+        under = foot_line(surface, foot, camera, background.factor, len(crop))
         if under is not None and under.source != "toe":
-            yield replace(under, sd=max(under.sd, sd))
+            yield under
 
 
 def stated_base_line(
@@ -151,19 +149,20 @@ def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
     return given
 
 
-def beside_plumb(base: BaseLine, camera: Camera) -> str:
-    """A doubt where the line that is seen is not level by the stated plumb: one is, and
-    one of both is wrong; ""."""
-    if camera.plumb_deg is None or base.source in ("given", "toe"):
-        return ""
+def _beside_plumb(base: BaseLine, camera: Camera) -> BaseLine:
+    """A line that is seen, doubtful where it is not level by the stated plumb: one is,
+    and one of both is wrong."""
+    if camera.plumb_deg is None or base.source == "toe":
+        return base
     off = float(np.degrees(np.arctan(base.slope))) - camera.plumb_deg
     sd = np.hypot(np.degrees(base.slope_sd), camera.plumb_sd)
     if abs(off) <= max(MOST_TILT_DEG, 3 * sd):
-        return ""
-    return (
+        return base
+    why = (
         f"the plate in the picture is {abs(off):.1f}° off level by plumb_deg as stated:"
         " one of both is wrong"
     )
+    return replace(base, doubt="; ".join(filter(None, (base.doubt, why))))
 
 
 def _plate_line(profile: np.ndarray, factor: float) -> Line | None:
@@ -240,17 +239,18 @@ def plate_edge(
     """The plate's edge beside the pile, as a line in px of the full picture; None where
     there is none.
 
-    top (w,): the silhouette's rows in the small picture, −1 beside the pile. For every
+    top (w,): the silhouette's rows in the small picture, NaN beside the pile. For every
     slope within MAX_PLATE_SLOPE the vertical gradient is averaged over those columns;
     the strongest mean near the pile's lowest visible point is the edge, if it is
     CLEAR_STEP_SDS. It is then refined to sub-pixel rows on the full picture."""
-    columns = np.flatnonzero(top < 0)
+    columns = np.flatnonzero(np.isnan(top))
     columns = columns[(columns > 2) & (columns < top.size - 3)]
-    if columns.size < 0.08 * top.size or (top >= 0).sum() < 8:
+    if columns.size < 0.08 * top.size or np.isfinite(top).sum() < 8:
         return None
     grey = cv2.GaussianBlur(background.distance, (0, 0), 1.0)
     gradient = np.gradient(grey, axis=0)[:, columns]
-    foot, reach = int(top.max()), max(12, int(0.15 * (top.max() - top[top >= 0].min())))
+    lowest = np.nanmax(top)
+    foot, reach = int(lowest), max(12, int(0.15 * (lowest - np.nanmin(top))))
     noise = robust_sd(gradient - np.median(gradient)) + 1e-3
     best = (0.0, 0.0, 0.0)
     middle = columns.mean()
@@ -308,23 +308,20 @@ def _refine(image, background: Background, columns, slope, intercept) -> Line | 
     )
 
 
-def foot_line(region: Region, mask: np.ndarray, camera: Camera) -> BaseLine | None:
-    """The line that a heap's mask stands on, in px of the picture; None where there is
-    none."""
-    columns = np.flatnonzero(mask.any(axis=0))
-    top = mask[:, columns].argmax(axis=0).astype(float)
-    # the lower border of the lowest pixel
-    bottom = mask.shape[0] - mask[::-1, columns].argmax(axis=0).astype(float)
-    foot = _foot(columns, top, bottom, camera, MASK_SD)
+def foot_line(
+    top: np.ndarray, bottom: np.ndarray, camera: Camera, factor: float, height: int
+) -> BaseLine | None:
+    """The line that a heap stands on whose upper and lower edge are `top` and `bottom`
+    (w,) [px, NaN: none] in a picture `height` px high, read to some `factor` px; None
+    where there is none."""
+    sd, x = LEVEL_SD * factor, np.flatnonzero(np.isfinite(top) & np.isfinite(bottom))
+    foot = _foot(x, top[x], bottom[x], camera, sd)
     if foot is None:
         return None
-    (x0, y0), f = region.origin, region.factor
-    at = float(foot.at((0.5 - x0) / f - 0.5)) * f - 0.5 + y0
-    sd = f * float(np.hypot(region.start.halo / 2, foot.sd))
     # what goes on beyond the picture shows no foot
-    cut = (bottom == mask.shape[0]).mean() > 0.5
+    cut = (bottom[x] >= height - 1.0).mean() > 0.5
     source = "toe" if cut else foot.source
-    return replace(foot, intercept=at, sd=sd, source=source)
+    return _beside_plumb(replace(foot, sd=max(foot.sd, sd), source=source), camera)
 
 
 def _foot(

@@ -131,10 +131,9 @@ class Background:
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What differs from the background in the small picture: mask (h, w), top and
-    bottom row of each column (−1: none)."""
+    """What differs from the background in the small picture: top and bottom row of each
+    column (NaN: none)."""
 
-    mask: np.ndarray
     top: np.ndarray
     bottom: np.ndarray
     threshold: float
@@ -185,7 +184,7 @@ def silhouettes(background: Background) -> list[Silhouette]:
         _silhouette(background.distance > threshold, threshold)
         for threshold in _thresholds(background.distance)
     ]
-    return [s for s in found if (s.top >= 0).sum() >= 8]
+    return [s for s in found if np.isfinite(s.top).sum() >= 8]
 
 
 def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
@@ -217,10 +216,16 @@ def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
         area = stats[1:, cv2.CC_STAT_AREA]
         kept = 1 + np.flatnonzero(area >= 0.15 * area.max())
         solid = np.where(np.isin(labels, kept), solid, 0)
-    some = solid.any(axis=0)
-    top = np.where(some, solid.argmax(axis=0), -1)
-    bottom = np.where(some, solid.shape[0] - 1 - solid[::-1].argmax(axis=0), -1)
-    return Silhouette(solid.astype(bool), top, bottom, threshold)
+    return Silhouette(*borders(solid), threshold)
+
+
+def borders(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (w,) of the uppermost and the lowest px of a mask in each column, NaN where
+    it has none."""
+    some, last = mask.any(axis=0), len(mask) - 1
+    ends = mask.argmax(axis=0), last - mask[::-1].argmax(axis=0)
+    top, bottom = (np.where(some, end, np.nan) for end in ends)
+    return top, bottom
 
 
 def _disc(diameter: int) -> np.ndarray:
@@ -270,12 +275,14 @@ def subpixel_edge(
     return np.where(known & beyond, height - 1.0 if upward else 0.0, found)
 
 
-def in_full_px(coarse: np.ndarray, factor: float, width: int) -> np.ndarray:
-    """Rows of a reduced picture's columns (−1: none) in every column of the full one,
-    NaN where there is none."""
-    nearest = np.rint((np.arange(width) + 0.5) / factor - 0.5).astype(int)
-    rows = coarse[np.clip(nearest, 0, coarse.size - 1)]
-    return np.where(rows >= 0, (rows + 0.5) * factor - 0.5, np.nan)
+def in_full_px(
+    rows: np.ndarray, factor: float, width: int, origin: tuple[int, int] = (0, 0)
+) -> np.ndarray:
+    """Rows of a reduced picture's columns in every column of the full one, `width` px
+    wide, in which its corner is `origin`; NaN where there is none."""
+    at = np.rint((np.arange(width) - origin[0] + 0.5) / factor - 0.5).astype(int)
+    found = (rows[np.clip(at, 0, rows.size - 1)] + 0.5) * factor - 0.5 + origin[1]
+    return np.where((at >= 0) & (at <= rows.size), found, np.nan)
 
 
 def _running_median(values: np.ndarray, run: int) -> np.ndarray:
