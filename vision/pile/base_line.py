@@ -8,7 +8,6 @@ half-way between the heap and its mirror image."""
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from benchtwin.bench.robust import robust_sd
@@ -18,8 +17,6 @@ from benchtwin.vision.pile.line import EDGE_FLOOR_PX, LEAST_COLUMNS, Line, fit_l
 from benchtwin.vision.pile.surface import (
     Background,
     Silhouette,
-    denoise,
-    in_float,
     in_full_px,
     subpixel_edge,
 )
@@ -35,18 +32,9 @@ LEVEL_SD = 0.5  # small px: of a line read off the picture's edges
 GIVEN_SD_PX = 1.0
 # off the stated horizontal: a line farther off is taken only where no other is found
 MOST_TILT_DEG = 2.0
-BASES = (
-    "given",
-    "plate",
-    "edge",
-    "foot",
-    "mirror",
-    "toe",
-)  # how the pile's foot was found, best first
-SEEN = ("plate", "edge")  # lines of the plate itself
+BASES = ("given", "plate", "foot", "mirror", "toe")  # how it was found, best first
+SEEN = ("plate", "foot")  # lines that are told by the picture
 MOST_OFF_DEG = 0.5  # of a line set by hand beside the plate that is seen
-# standard errors of a step's mean over the columns, below which it is none
-CLEAR_STEP_SDS = 6.0
 LOOKS_DOWN_DEG = 10.0  # photos are asked for from 0 to 5°, and taken from higher, too
 MIRRORED = (
     "what is taken for the pile's foot may be its mirror image's, or the other way"
@@ -70,9 +58,9 @@ def find_base_line(
 ) -> BaseLine:
     """The line that the pile stands on, by the first method of BASES that finds one.
 
-    given: stated; plate: the surface beside the pile; edge: the plate's faint edge
-    beside the pile; foot: the silhouette's lower edge; mirror: half-way between the
-    surface and its mirror image; toe: a level line through the surface's lowest point.
+    given: stated; plate: the surface beside the pile; foot: the silhouette's lower
+    edge; mirror: half-way between the surface and its mirror image; toe: a level line
+    through the surface's lowest point.
     A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only
     where none agrees with it; a stated one is doubtful where the plate contradicts
     it."""
@@ -100,11 +88,9 @@ def _candidate_lines(
     plate = _plate_line(surface, background.factor)
     if plate is not None and _runs_over_seed_tops(surface, plate, background.factor):
         plate = None
-    edge = plate_edge(crop, background, silhouette.top)
-    for line, source in ((plate, "plate"), (edge, "edge")):
-        if line is not None:
-            seen = BaseLine(line.intercept, line.slope, line.slope_sd, source, sd)
-            yield _beside_plumb(seen, camera)
+    if plate is not None:
+        seen = BaseLine(plate.intercept, plate.slope, plate.slope_sd, "plate", sd)
+        yield _beside_plumb(seen, camera)
     within = silhouette.bottom < len(background.small) - 2
     lower = np.where(within, silhouette.bottom, np.nan)
     if within.sum() > 0.5 * np.isfinite(silhouette.bottom).sum():
@@ -230,81 +216,6 @@ def find_horizontal(
         float(np.degrees(angle)),
         float(np.degrees(base.slope_sd * np.cos(angle) ** 2)),
         (),
-    )
-
-
-def plate_edge(
-    image: np.ndarray, background: Background, top: np.ndarray
-) -> Line | None:
-    """The plate's edge beside the pile, as a line in px of the full picture; None where
-    there is none.
-
-    top (w,): the silhouette's rows in the small picture, NaN beside the pile. For every
-    slope within MAX_PLATE_SLOPE the vertical gradient is averaged over those columns;
-    the strongest mean near the pile's lowest visible point is the edge, if it is
-    CLEAR_STEP_SDS. It is then refined to sub-pixel rows on the full picture."""
-    columns = np.flatnonzero(np.isnan(top))
-    columns = columns[(columns > 2) & (columns < top.size - 3)]
-    if columns.size < 0.08 * top.size or np.isfinite(top).sum() < 8:
-        return None
-    grey = cv2.GaussianBlur(background.distance, (0, 0), 1.0)
-    gradient = np.gradient(grey, axis=0)[:, columns]
-    lowest = np.nanmax(top)
-    foot, reach = int(lowest), max(12, int(0.15 * (lowest - np.nanmin(top))))
-    noise = robust_sd(gradient - np.median(gradient)) + 1e-3
-    best = (0.0, 0.0, 0.0)
-    middle = columns.mean()
-    offsets = np.arange(foot - reach, foot + reach + 1)
-    for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 81):
-        rows = offsets[:, None] + slope * (columns - middle)
-        inside = (rows >= 2) & (rows <= grey.shape[0] - 3)
-        steps = gradient[
-            np.clip(np.rint(rows).astype(int), 0, grey.shape[0] - 1),
-            np.arange(columns.size),
-        ]
-        rows_inside = np.maximum(inside.sum(axis=1), 1)
-        mean = np.where(
-            inside.mean(axis=1) > 0.8, (steps * inside).sum(axis=1) / rows_inside, 0.0
-        )
-        at = int(np.abs(mean).argmax())
-        # a blot is not a line
-        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[inside[at]]
-        if abs(mean[at]) > abs(best[0]) and alike.mean() > 0.6:
-            best = (float(mean[at]), slope, float(offsets[at]))
-    step, slope, row = best
-    if abs(step) < max(CLEAR_STEP_SDS * noise / np.sqrt(columns.size), 0.5):
-        return None
-    return _refine(image, background, columns, slope, row - slope * middle)
-
-
-def _refine(image, background: Background, columns, slope, intercept) -> Line | None:
-    """The line through the gradient's centroid in each full column beside the pile;
-    None where that is no straight line."""
-    factor, (height, width) = background.factor, image.shape[:2]
-    x = np.arange(width)
-    x = x[np.isin(((x + 0.5) / factor).astype(int), columns)]
-    guess = (intercept + slope * ((x + 0.5) / factor - 0.5) + 0.5) * factor - 0.5
-    reach = int(np.ceil(2.5 * factor)) + 3
-    rows = np.rint(guess).astype(int) + np.arange(-reach, reach + 1)[:, None]
-    fits = (rows.min(axis=0) >= 0) & (rows.max(axis=0) < height)
-    x, rows = x[fits], rows[:, fits]
-    if x.size < 16:
-        return None
-    first = rows.min()
-    band = denoise(np.ascontiguousarray(image[first : rows.max() + 1]))
-    band = np.atleast_3d(band)
-    strip = in_float(band[rows - first, x])
-    face = (strip[-3:] - strip[:3]).mean(axis=(0, 1))
-    level = strip @ (face / max(np.linalg.norm(face), 1e-9))
-    rise = np.clip(np.gradient(cv2.blur(level, (1, 3)), axis=0), 0, None) ** 2
-    weight = rise.sum(axis=0)
-    clear = weight > 0.1 * np.median(weight)
-    if clear.sum() < 16:
-        return None
-    y = (rows * rise).sum(axis=0) / np.maximum(weight, 1e-9)
-    line = fit_line(x[clear], y[clear], EDGE_FLOOR_PX)
-    return (
-        line if line.rms < max(1.0, 0.7 * factor) and line.outlier_share < 0.4 else None
     )
 
 

@@ -131,8 +131,8 @@ class Background:
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What differs from the background in the small picture: top and bottom row of each
-    column (NaN: none)."""
+    """Upper and lower border (w,) of what differs from the background in the small
+    picture, NaN: none."""
 
     top: np.ndarray
     bottom: np.ndarray
@@ -220,10 +220,10 @@ def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
 
 
 def borders(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (w,) of the uppermost and the lowest px of a mask in each column, NaN where
-    it has none."""
-    some, last = mask.any(axis=0), len(mask) - 1
-    ends = mask.argmax(axis=0), last - mask[::-1].argmax(axis=0)
+    """Rows (w,) of a mask's upper and lower border in each column, between two px; NaN
+    where it has none."""
+    some = mask.any(axis=0)
+    ends = mask.argmax(axis=0) - 0.5, len(mask) - mask[::-1].argmax(axis=0) - 0.5
     top, bottom = (np.where(some, end, np.nan) for end in ends)
     return top, bottom
 

@@ -256,9 +256,9 @@ def without_thin_parts(shape: np.ndarray, typical: float) -> np.ndarray:
 
 
 def split(shape: np.ndarray) -> list[Piece]:
-    """Split a patch (uint8) of touching grains where it is narrow: maxima of the distance
-    to the edge with a saddle below SADDLE of the lower one between them are different
-    grains, whose watershed is the cut."""
+    """Split a patch (uint8) of touching grains where it is narrow: maxima of the
+    distance to the edge with a saddle below SADDLE of the lower one between them are
+    different grains, whose watershed is the cut."""
     from skimage.morphology import local_maxima, reconstruction  # loads for .7 s
     from skimage.segmentation import watershed
 
