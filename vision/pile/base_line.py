@@ -5,7 +5,7 @@ The foot of a segmented heap is straight for a level camera and the near half of
 ellipse for one that looks down on a round heap. On a shiny plate the base line lies
 half-way between the heap and its mirror image."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,12 +14,7 @@ from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import NARROWED, MeasurementError
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
 from benchtwin.vision.pile.line import EDGE_FLOOR_PX, LEAST_COLUMNS, Line, fit_line
-from benchtwin.vision.pile.surface import (
-    Background,
-    Silhouette,
-    in_full_px,
-    subpixel_edge,
-)
+from benchtwin.vision.pile.surface import Edges
 from benchtwin.vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
@@ -36,6 +31,7 @@ BASES = ("given", "plate", "foot", "mirror", "toe")  # how it was found, best fi
 SEEN = ("plate", "foot")  # lines that are told by the picture
 MOST_OFF_DEG = 0.5  # of a line set by hand beside the plate that is seen
 LOOKS_DOWN_DEG = 10.0  # photos are asked for from 0 to 5°, and taken from higher, too
+NO_FOOT = "no line is seen that the pile stands on: name it by --baseline"
 MIRRORED = (
     "what is taken for the pile's foot may be its mirror image's, or the other way"
     " round: name it by --baseline"
@@ -48,58 +44,48 @@ ROUNDS = 30  # until weights and line agree
 
 
 def find_base_line(
-    crop: np.ndarray,
-    background: Background,
-    silhouette: Silhouette,
-    surface: np.ndarray,
-    baseline: Segment | None,
+    edges: Edges,
+    shape: tuple[int, ...],
+    stated: BaseLine | None,
     camera: Camera,
-    roi: tuple[int, int, int, int],
-) -> BaseLine:
-    """The line that the pile stands on, by the first method of BASES that finds one.
+    with_plate: bool,
+) -> BaseLine | None:
+    """The line that the pile stands on, by the first method of BASES that finds one;
+    None where none does. with_plate: the edges may be those of the plate, too.
 
-    given: stated; plate: the surface beside the pile; foot: the silhouette's lower
-    edge; mirror: half-way between the surface and its mirror image; toe: a level line
-    through the surface's lowest point.
-    A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only
-    where none agrees with it; a stated one is doubtful where the plate contradicts
-    it."""
-    candidates = [*_candidate_lines(crop, background, silhouette, surface, camera)]
-    if (given := stated_base_line(baseline, crop.shape, roi)) is not None:
-        return beside_seen(given, (c for c in candidates if c.source in SEEN))
-    if candidates:
-        return min(candidates, key=lambda line: bool(line.doubt))
-    slope = np.tan(np.radians(camera.plumb_deg or 0.0))
-    x = np.arange(surface.size)
-    intercept = float(np.nanpercentile(surface - slope * x, 99.5))
-    sd = np.radians(camera.plumb_sd)
-    return BaseLine(intercept, slope, sd, "toe", LEVEL_SD * background.factor)
+    given: stated; plate: the surface beside the pile; foot: the pile's lower edge;
+    mirror: half-way between the surface and its mirror image; toe: as level as is
+    believed. A line that contradicts the stated plumb (a shelf's edge, a pattern) is
+    taken only where none agrees with it; a stated one is doubtful where the plate
+    contradicts it."""
+    foot = foot_line(edges, camera, shape[0])
+    seen = [] if foot is None or foot.source == "toe" else [foot]
+    if with_plate and (plate := _plate_line(edges)) is not None:
+        seen.insert(0, _beside_plumb(plate, camera))
+    if stated is not None:
+        bow_deg = 0.0 if foot is None else foot.pitch_deg
+        found: BaseLine | None = replace(_beside_seen(stated, seen), pitch_deg=bow_deg)
+    elif seen or not with_plate:
+        found = min(seen, key=lambda line: bool(line.doubt), default=foot)
+    else:
+        found = _lowest_place(edges, camera)
+    if found is None or camera.pitch_deg is None:
+        return found
+    return replace(found, pitch_deg=max(camera.pitch_deg, 0.0))
 
 
-def _candidate_lines(
-    crop: np.ndarray,
-    background: Background,
-    silhouette: Silhouette,
-    surface: np.ndarray,
-    camera: Camera,
-) -> Iterator[BaseLine]:
-    """Lines that the pile may stand on, the most reliable first."""
-    sd = LEVEL_SD * background.factor
-    plate = _plate_line(surface, background.factor)
-    if plate is not None and _runs_over_seed_tops(surface, plate, background.factor):
-        plate = None
-    if plate is not None:
-        seen = BaseLine(plate.intercept, plate.slope, plate.slope_sd, "plate", sd)
-        yield _beside_plumb(seen, camera)
-    within = silhouette.bottom < len(background.small) - 2
-    lower = np.where(within, silhouette.bottom, np.nan)
-    if within.sum() > 0.5 * np.isfinite(silhouette.bottom).sum():
-        rows = in_full_px(lower, background.factor, crop.shape[1])
-        least = silhouette.threshold / 2
-        foot = subpixel_edge(crop, rows, background.factor, least, upward=True)
-        under = foot_line(surface, foot, camera, background.factor, len(crop))
-        if under is not None and under.source != "toe":
-            yield under
+def _lowest_place(edges: Edges, camera: Camera) -> BaseLine:
+    """A line as level as is believed through the surface's lowest place."""
+    slope, sd = np.tan(np.radians(camera.plumb_deg or 0.0)), camera.plumb_sd
+    rows = edges.top - slope * np.arange(edges.top.size)
+    return BaseLine(
+        float(np.nanpercentile(rows, 99.5)),
+        slope,
+        np.radians(sd),
+        "toe",
+        LEVEL_SD * edges.factor,
+        doubt=NO_FOOT,
+    )
 
 
 def stated_base_line(
@@ -120,10 +106,10 @@ def stated_base_line(
     return BaseLine(intercept, slope, slope_sd, "given", GIVEN_SD_PX)
 
 
-def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
+def _beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
     """A stated base line, doubtful where the plate that is seen lies at an angle to
     it."""
-    for line in seen:
+    for line in (line for line in seen if line.source in SEEN):
         angles = np.degrees(np.arctan([given.slope, line.slope]))
         sd = np.degrees(np.hypot(given.slope_sd, line.slope_sd))
         off = float(angles[1] - angles[0])
@@ -151,7 +137,16 @@ def _beside_plumb(base: BaseLine, camera: Camera) -> BaseLine:
     return replace(base, doubt="; ".join(filter(None, (base.doubt, why))))
 
 
-def _plate_line(profile: np.ndarray, factor: float) -> Line | None:
+def _plate_line(edges: Edges) -> BaseLine | None:
+    """The plate beside the pile; None where it is not seen."""
+    line = _level_line(edges.top, edges.factor)
+    if line is None or _runs_over_seed_tops(edges.top, line, edges.factor):
+        return None
+    sd = LEVEL_SD * edges.factor
+    return BaseLine(line.intercept, line.slope, line.slope_sd, "plate", sd)
+
+
+def _level_line(profile: np.ndarray, factor: float) -> Line | None:
     """The nearly level line through most of the profile's points, a twelfth and more,
     with few of the others below it; None where there is none."""
     tolerance, step = 1.0 + 0.5 * factor, max(1, int(factor))
@@ -219,13 +214,11 @@ def find_horizontal(
     )
 
 
-def foot_line(
-    top: np.ndarray, bottom: np.ndarray, camera: Camera, factor: float, height: int
-) -> BaseLine | None:
-    """The line that a heap stands on whose upper and lower edge are `top` and `bottom`
-    (w,) [px, NaN: none] in a picture `height` px high, read to some `factor` px; None
+def foot_line(edges: Edges, camera: Camera, height: int) -> BaseLine | None:
+    """The line that a heap stands on in a picture `height` px high, by its edges; None
     where there is none."""
-    sd, x = LEVEL_SD * factor, np.flatnonzero(np.isfinite(top) & np.isfinite(bottom))
+    top, bottom, sd = edges.top, edges.bottom, LEVEL_SD * edges.factor
+    x = np.flatnonzero(np.isfinite(top) & np.isfinite(bottom))
     foot = _foot(x, top[x], bottom[x], camera, sd)
     if foot is None:
         return None

@@ -23,10 +23,9 @@ from benchtwin.vision.measurement import (
 )
 from benchtwin.vision.pile.base_line import (
     BASES,
-    beside_seen,
+    NO_FOOT,
     find_base_line,
     find_horizontal,
-    foot_line,
     in_reduced_px,
     stated_base_line,
 )
@@ -44,6 +43,7 @@ from benchtwin.vision.pile.layer import without_layer
 from benchtwin.vision.pile.line import FlankLine, Line, fit_flank
 from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import (
+    Edges,
     borders,
     fit_background,
     in_full_px,
@@ -262,63 +262,56 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     """The pile whose surface is where one smooth background ends; the reason where
     there is none."""
     background = fit_background(photo.crop)
+    factor, width = background.factor, photo.crop.shape[1]
     tried: list[Repose | str] = []
     for silhouette in silhouettes(background):
-        top = in_full_px(silhouette.top, background.factor, photo.crop.shape[1])
         least = silhouette.threshold / 2
-        surface = subpixel_edge(photo.crop, top, background.factor, least)
-        stated = photo.options.baseline
-        base = find_base_line(
-            photo.crop, background, silhouette, surface, stated, photo.camera, photo.roi
+        top, bottom = (
+            subpixel_edge(
+                photo.crop, in_full_px(rows, factor, width), factor, least, up
+            )
+            for rows, up in ((silhouette.top, False), (silhouette.bottom, True))
         )
-        tried.append(_of_surface(photo, surface, base, background.factor))
-        if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
+        found = _of_edges(photo, Edges(top, bottom, factor))
+        if isinstance(found, Repose):
+            found = _with_base_error(photo, found, factor)
+        tried.append(found)
+        if isinstance(found, Repose) and found.base.source in BASES[:2]:
             break  # there is no better kind of base line
-    found = [r for r in tried if isinstance(r, Repose)]
-    if not found:
-        if tried:
-            return str(tried[0])
-        return NO_PILE
-    best = min(found, key=lambda r: BASES.index(r.base.source))
-    reasons = (r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE))
-    cut_off = next((r for r in reasons if "cut by" in r), "")
-    # by a better base line the foot is not in the picture
-    if best.base.source == "toe" and cut_off:
-        return best.doubted(cut_off.removeprefix(NO_SLOPE))
-    return best
+    readings = [r for r in tried if isinstance(r, Repose)]
+    if not readings:
+        return str(tried[0]) if tried else NO_PILE
+    return min(readings, key=lambda r: BASES.index(r.base.source))
 
 
 def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     """The pile that one cut, or most of them, take for the heap; the reason where it
-    cannot be measured."""
+    cannot be measured. Its edges are those of the steps beside the mask's where there
+    are some, else the mask's own."""
     if not mask.any():
         return NOTHING_RISES
-    height, width = photo.crop.shape[:2]
-    top, bottom = _edges(photo.crop, region, mask)
-    foot = foot_line(top, bottom, photo.camera, region.factor, height)
-    base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
-    if base is not None and foot is not None:
-        told = [foot] if foot.source == "foot" else []
-        base = replace(beside_seen(base, told), pitch_deg=foot.pitch_deg)
-    if (base := base or foot) is None:
-        return "no line is seen that the pile stands on: name it by --baseline"
-    if photo.camera.pitch_deg is not None:
-        base = replace(base, pitch_deg=max(photo.camera.pitch_deg, 0.0))
-    surface = np.fmin(top, base.at(np.arange(width)))
-    return _at_base_line(photo, surface, base, region.factor)
+
+    def edge(rows: np.ndarray, lower: bool) -> np.ndarray:
+        own = in_full_px(rows, region.factor, photo.crop.shape[1], region.origin)
+        step = subpixel_edge(photo.crop, own, region.factor, LEAST_STEP, lower)
+        return np.where(np.isfinite(step), step, own)
+
+    top, bottom = borders(mask)
+    edges = Edges(edge(top, False), edge(bottom, True), region.factor)
+    return _of_edges(photo, edges)
 
 
-def _edges(
-    crop: np.ndarray, region: Region, mask: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (w,) of a mask's upper and lower edge in the picture: of the step beside it
-    where there is one, else the mask's own; NaN where it has none."""
-    edges = []
-    for rows, lower in zip(borders(mask), (False, True)):
-        own = in_full_px(rows, region.factor, crop.shape[1], region.origin)
-        edge = subpixel_edge(crop, own, region.factor, LEAST_STEP, upward=lower)
-        edges.append(np.where(np.isfinite(edge), edge, own))
-    return edges[0], edges[1]
+def _of_edges(photo: _Photo, edges: Edges) -> Repose | str:
+    """Angles of a pile of these edges; the reason where it cannot be measured."""
+    shape = photo.crop.shape
+    stated = stated_base_line(photo.options.baseline, shape, photo.roi)
+    base = find_base_line(edges, shape, stated, photo.camera, not photo.seeds_only)
+    if base is None:
+        return NO_FOOT
+    surface = edges.top
+    if photo.seeds_only:  # beside them is the plate
+        surface = np.fmin(surface, base.at(np.arange(shape[1])))
+    return _at_base_line(photo, surface, base, edges.factor)
 
 
 def _of_region(photo: _Photo, region: Region) -> Repose | str:
@@ -352,16 +345,6 @@ def _widened(
         spread = np.sqrt(float(weights[told] @ off[told] ** 2) / counts)
         quantities.append(replace(q, sd=float(np.hypot(q.sd, spread))))
     return replace(found, quantities=tuple(quantities))
-
-
-def _of_surface(
-    photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
-) -> Repose | str:
-    """Angles of a surface above its base line, with what an error of the base line's
-    height makes of them; the reason where it is no measurable pile. factor: px per
-    small px."""
-    found = _at_base_line(photo, surface, base, factor)
-    return found if isinstance(found, str) else _with_base_error(photo, found, factor)
 
 
 def _with_base_error(photo: _Photo, found: Repose, factor: float) -> Repose:

@@ -275,6 +275,16 @@ def subpixel_edge(
     return np.where(known & beyond, height - 1.0 if upward else 0.0, found)
 
 
+@dataclass(frozen=True)
+class Edges:
+    """Upper and lower edge of a pile in the picture: rows (w,) [px], NaN where it has
+    none; found in a picture reduced by `factor`."""
+
+    top: np.ndarray
+    bottom: np.ndarray
+    factor: float
+
+
 def in_full_px(
     rows: np.ndarray, factor: float, width: int, origin: tuple[int, int] = (0, 0)
 ) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchtwin.vision.pile.base_line import BaseLine, foot_line
-from benchtwin.vision.pile.surface import borders
+from benchtwin.vision.pile.surface import Edges, borders
 from benchtwin.vision.recording import Camera
 
 FOOT, WIDE, TALL = 300, 400, 130  # px
@@ -25,8 +25,8 @@ def mask(leaning: bool, foot: np.ndarray, roll: float = 0.0) -> np.ndarray:
     return drawn
 
 
-def foot_of(drawn: np.ndarray) -> BaseLine:
-    return foot_line(*borders(drawn), Camera(), 1.0, len(drawn))
+def foot_of(drawn: np.ndarray) -> BaseLine | None:
+    return foot_line(Edges(*borders(drawn), 1.0), Camera(), len(drawn))
 
 
 def bow(leaning: bool, pitch_deg: float) -> np.ndarray:
