@@ -78,14 +78,8 @@ def _lowest_place(edges: Edges, camera: Camera) -> BaseLine:
     """A line as level as is believed through the surface's lowest place."""
     slope, sd = np.tan(np.radians(camera.plumb_deg or 0.0)), camera.plumb_sd
     rows = edges.top - slope * np.arange(edges.top.size)
-    return BaseLine(
-        float(np.nanpercentile(rows, 99.5)),
-        slope,
-        np.radians(sd),
-        "toe",
-        LEVEL_SD * edges.factor,
-        doubt=NO_FOOT,
-    )
+    lowest = float(np.nanpercentile(rows, 99.5))
+    return BaseLine(lowest, slope, np.radians(sd), "toe", LEVEL_SD * edges.factor)
 
 
 def stated_base_line(

@@ -455,6 +455,8 @@ def _doubts(
 ) -> Iterator[str]:
     """What speaks against the outline, of which every quantity is read."""
     yield found.base.doubt
+    if found.base.source == "toe" and not photo.seeds_only:
+        yield NO_FOOT
     yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     height, width = photo.crop.shape[:2]
     foot = found.base.at(found.crest[0] - found.roi[0])
