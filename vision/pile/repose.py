@@ -45,7 +45,7 @@ from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import (
     Edges,
     borders,
-    fit_background,
+    distance_from_background,
     in_full_px,
     silhouettes,
     subpixel_edge,
@@ -261,10 +261,10 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
 def _on_smooth_background(photo: _Photo) -> Repose | str:
     """The pile whose surface is where one smooth background ends; the reason where
     there is none."""
-    background = fit_background(photo.crop)
-    factor, width = background.factor, photo.crop.shape[1]
+    distance, factor = distance_from_background(photo.crop)
+    width = photo.crop.shape[1]
     tried: list[Repose | str] = []
-    for silhouette in silhouettes(background):
+    for silhouette in silhouettes(distance):
         least = silhouette.threshold / 2
         top, bottom = (
             subpixel_edge(

@@ -118,18 +118,6 @@ def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Background:
-    """The picture's background, and how far the colour of every pixel is from it.
-    small: the reduced picture, float32 (h, w, c); factor: full px per small px. light:
-    coefficients of fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255."""
-
-    small: np.ndarray
-    factor: float
-    light: np.ndarray
-    distance: np.ndarray
-
-
-@dataclass(frozen=True)
 class Silhouette:
     """Upper and lower border (w,) of what differs from the background in the small
     picture, NaN: none."""
@@ -139,8 +127,10 @@ class Silhouette:
     threshold: float
 
 
-def fit_background(image: np.ndarray) -> Background:
-    """Fit the illumination of the background, which must show at the picture's top.
+def distance_from_background(image: np.ndarray) -> tuple[np.ndarray, float]:
+    """How far the colour of every pixel is from the background's, which must show at
+    the picture's top: float32 (h, w) ≥ 0, levels of 255, in the reduced picture, and
+    full px per px of it.
 
     Starts from the median colour of the top rows. The pixels nearest to the fit (below
     the lowest of Otsu's thresholds) are background; the illumination is fitted to them,
@@ -158,7 +148,7 @@ def fit_background(image: np.ndarray) -> Background:
     for share, order in ((0.25, 1), (0.5, 1), (0.75, 2), (1.0, 2)):
         light = _refit(coarse, light, max(4, round(share * coarse.shape[0])), order)
     light = _refit(small, light, small.shape[0], 2)
-    return Background(small, factor, light, _distance(small, light, small.shape[0]))
+    return _distance(small, light, small.shape[0]), factor
 
 
 def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.ndarray:
@@ -177,13 +167,10 @@ def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
     return np.sqrt(np.einsum("yxc,yxc->yx", off, off))
 
 
-def silhouettes(background: Background) -> list[Silhouette]:
-    """Candidate silhouettes, one for each threshold: the plate may lie between
-    background and pile in brightness."""
-    found = [
-        _silhouette(background.distance > threshold, threshold)
-        for threshold in _thresholds(background.distance)
-    ]
+def silhouettes(distance: np.ndarray) -> list[Silhouette]:
+    """Candidate silhouettes, one for each threshold of the distance from the
+    background: the plate may lie between background and pile in brightness."""
+    found = [_silhouette(distance > level, level) for level in _thresholds(distance)]
     return [s for s in found if np.isfinite(s.top).sum() >= 8]
 
 

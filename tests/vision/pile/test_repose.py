@@ -322,7 +322,7 @@ def test_a_faint_plate_still_gives_the_horizontal():
         noise=0.02,
     )
     found = measure_repose(image)
-    assert found.base.source in ("plate", "edge")
+    assert found.base.source in ("plate", "foot")
     assert found.horizontal_deg == pytest.approx(-2.5, abs=0.1)
     assert value(found).value == pytest.approx(28, abs=0.15)
 
