@@ -106,15 +106,8 @@ def binarise(grey: np.ndarray) -> tuple[float, float]:
 
 
 def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
-    one = np.ones_like(x)
-    columns = (
-        [one]
-        if order == 0
-        else [one, x, y]
-        if order == 1
-        else [one, x, y, x * x, x * y, y * y]
-    )
-    return np.stack(columns, axis=1)
+    terms = [np.ones_like(x), x, y, x * x, x * y, y * y]
+    return np.stack(terms[: (order + 1) * (order + 2) // 2], axis=1)
 
 
 @dataclass(frozen=True)
