@@ -9,8 +9,8 @@ the shortest border, found for all columns at once by dynamic programming. A cut
 from the one before until it settles. Where seeds and surroundings are alike it may
 settle elsewhere by what it started from. It is therefore made several times, each from
 a triangle and from clusters of its own; the heap is what most cuts contain, and how far
-they differ is how well it is known. On a smooth background `surface` is far more
-exact."""
+they differ is how well it is known. Its edges are then read off the full picture by
+`surface.subpixel_edge`."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
