@@ -1,7 +1,7 @@
-"""Silhouette and surface of a pile on a smooth background: where, going down each
-column, the background ends.
+"""Sub-pixel edges of a pile, and its silhouette on a smooth background: where, going
+down each column, the background ends.
 
-Steps: reduce, denoise, fit the illumination, find a threshold, read the edge off the
+Steps: reduce, denoise, fit the illumination, find a threshold, read the edges off the
 full picture."""
 
 from dataclasses import dataclass
