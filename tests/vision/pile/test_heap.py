@@ -49,8 +49,8 @@ def test_the_steps_of_a_heap_of_few_layers_of_seeds_are_no_wall(layers):
 
 
 def test_a_heap_that_ends_on_bare_plate_does_not_end_above_it():
-    """Its last seeds stand two fifths of the crest high; where nothing is known beyond them
-    it may go on."""
+    """Its last seeds stand two fifths of the crest high; where nothing is known beyond
+    them it may go on."""
     x = np.arange(600.0)
     height = 140.0 - 0.45 * np.abs(x - 300.0)
     height[height < 58.0] = 0.0
