@@ -276,18 +276,14 @@ def _own_colour(
     if len(values) < 12:
         mean = values.mean(axis=0) if len(values) else np.zeros(image.shape[2])
         return np.broadcast_to(mean, image.shape)
-    u, v = columns - columns.mean(), rows - rows.mean()
-    uu, vv, uv, zu, zv = u @ u, v @ v, u @ v, u @ values, v @ values
-    slope_u, slope_v = np.zeros((2, image.shape[2]))
-    determinant = uu * vv - uv**2
-    if determinant > 1e-6:
-        slope_u = (zu * vv - zv * uv) / determinant
-        slope_v = (zv * uu - zu * uv) / determinant
-    steep = slope_u * zu + slope_v * zv >= 18 * noise**2  # else within the noise
+    places = np.stack([columns - columns.mean(), rows - rows.mean()])
+    along = places @ values
+    slope = np.linalg.pinv(places @ places.T) @ along
+    slope *= (slope * along).sum(axis=0) >= 18 * noise**2  # else within the noise
     across = np.arange(image.shape[1]) - columns.mean()
     down = np.arange(image.shape[0]) - rows.mean()
-    plane = (values.mean(axis=0) + np.outer(across, slope_u * steep)).astype(np.float32)
-    plane = plane + np.outer(down, slope_v * steep).astype(np.float32)[:, None]
+    plane = (values.mean(axis=0) + np.outer(across, slope[0])).astype(np.float32)
+    plane = plane + np.outer(down, slope[1]).astype(np.float32)[:, None]
     core = inner.astype(np.float32)
     weight = cv2.GaussianBlur(core, (0, 0), reach)[..., None]
     rest = np.atleast_3d(

@@ -5,25 +5,16 @@ The foot of a segmented heap is straight for a level camera and the near half of
 ellipse for one that looks down on a round heap. On a shiny plate the base line lies
 half-way between the heap and its mirror image."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import NARROWED, MeasurementError
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
-from benchtwin.vision.pile.heap_region import Region
 from benchtwin.vision.pile.line import EDGE_FLOOR_PX, LEAST_COLUMNS, Line, fit_line
-from benchtwin.vision.pile.surface import (
-    Background,
-    Silhouette,
-    denoise,
-    in_float,
-    in_full_px,
-    subpixel_edge,
-)
+from benchtwin.vision.pile.surface import Edges
 from benchtwin.vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
@@ -36,19 +27,11 @@ LEVEL_SD = 0.5  # small px: of a line read off the picture's edges
 GIVEN_SD_PX = 1.0
 # off the stated horizontal: a line farther off is taken only where no other is found
 MOST_TILT_DEG = 2.0
-BASES = (
-    "given",
-    "plate",
-    "edge",
-    "foot",
-    "mirror",
-    "toe",
-)  # how the pile's foot was found, best first
-SEEN = ("plate", "edge")  # lines of the plate itself
+BASES = ("given", "plate", "foot", "mirror", "toe")  # how it was found, best first
+SEEN = ("plate", "foot")  # lines that are told by the picture
 MOST_OFF_DEG = 0.5  # of a line set by hand beside the plate that is seen
-# standard errors of a step's mean over the columns, below which it is none
-CLEAR_STEP_SDS = 6.0
 LOOKS_DOWN_DEG = 10.0  # photos are asked for from 0 to 5°, and taken from higher, too
+NO_FOOT = "no line is seen that the pile stands on: name it by --baseline"
 MIRRORED = (
     "what is taken for the pile's foot may be its mirror image's, or the other way"
     " round: name it by --baseline"
@@ -58,64 +41,45 @@ MOST_BOW = 0.5  # of a foot's half width: of a camera 30° above the plate
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
 TAILS = 3.0  # degrees of freedom of what is off the foot
 ROUNDS = 30  # until weights and line agree
-MASK_SD = 0.5  # px of a mask's edges, which are whole pixels
 
 
 def find_base_line(
-    crop: np.ndarray,
-    background: Background,
-    silhouette: Silhouette,
-    surface: np.ndarray,
-    baseline: Segment | None,
+    edges: Edges,
+    shape: tuple[int, ...],
+    stated: BaseLine | None,
     camera: Camera,
-    roi: tuple[int, int, int, int],
-) -> BaseLine:
-    """The line that the pile stands on, by the first method of BASES that finds one.
+    with_plate: bool,
+) -> BaseLine | None:
+    """The line that the pile stands on, by the first method of BASES that finds one;
+    None where none does. with_plate: the edges may be those of the plate, too.
 
-    given: stated; plate: the surface beside the pile; edge: the plate's faint edge
-    beside the pile; foot: the silhouette's lower edge; mirror: half-way between the
-    surface and its mirror image; toe: a level line through the surface's lowest point.
-    A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only
-    where none agrees with it; a stated one is doubtful where the plate contradicts
-    it."""
-    candidates = [*_candidate_lines(crop, background, silhouette, surface, camera)]
-    if (given := stated_base_line(baseline, crop.shape, roi)) is not None:
-        return beside_seen(given, (c for c in candidates if c.source in SEEN))
-    if candidates:
-        return min(candidates, key=lambda line: bool(beside_plumb(line, camera)))
-    slope = np.tan(np.radians(camera.plumb_deg or 0.0))
-    x = np.arange(surface.size)
-    intercept = float(np.nanpercentile(surface - slope * x, 99.5))
-    sd = np.radians(camera.plumb_sd)
-    return BaseLine(intercept, slope, sd, "toe", LEVEL_SD * background.factor)
+    given: stated; plate: the surface beside the pile; foot: the pile's lower edge;
+    mirror: half-way between the surface and its mirror image; toe: as level as is
+    believed. A line that contradicts the stated plumb (a shelf's edge, a pattern) is
+    taken only where none agrees with it; a stated one is doubtful where the plate
+    contradicts it."""
+    foot = foot_line(edges, camera, shape[0])
+    seen = [] if foot is None or foot.source == "toe" else [foot]
+    if with_plate and (plate := _plate_line(edges)) is not None:
+        seen.insert(0, _beside_plumb(plate, camera))
+    if stated is not None:
+        bow_deg = 0.0 if foot is None else foot.pitch_deg
+        found: BaseLine | None = replace(_beside_seen(stated, seen), pitch_deg=bow_deg)
+    elif seen or not with_plate:
+        found = min(seen, key=lambda line: bool(line.doubt), default=foot)
+    else:
+        found = _lowest_place(edges, camera)
+    if found is None or camera.pitch_deg is None:
+        return found
+    return replace(found, pitch_deg=max(camera.pitch_deg, 0.0))
 
 
-def _candidate_lines(
-    crop: np.ndarray,
-    background: Background,
-    silhouette: Silhouette,
-    surface: np.ndarray,
-    camera: Camera,
-) -> Iterator[BaseLine]:
-    """Lines that the pile may stand on, the most reliable first."""
-    sd = LEVEL_SD * background.factor
-    plate = _plate_line(surface, background.factor)
-    if plate is not None and _runs_over_seed_tops(surface, plate, background.factor):
-        plate = None
-    edge = plate_edge(crop, background, silhouette.top)
-    for line, source in ((plate, "plate"), (edge, "edge")):
-        if line is not None:
-            yield BaseLine(line.intercept, line.slope, line.slope_sd, source, sd)
-    height = background.small.shape[0]
-    lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
-    if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
-        rows = in_full_px(lower, background.factor, crop.shape[1])
-        least = silhouette.threshold / 2
-        foot = subpixel_edge(crop, rows, background.factor, least, upward=True)
-        x = np.flatnonzero(np.isfinite(surface) & np.isfinite(foot))
-        under = _foot(x, surface[x], foot[x], camera, sd)
-        if under is not None and under.source != "toe":
-            yield replace(under, sd=max(under.sd, sd))
+def _lowest_place(edges: Edges, camera: Camera) -> BaseLine:
+    """A line as level as is believed through the surface's lowest place."""
+    slope, sd = np.tan(np.radians(camera.plumb_deg or 0.0)), camera.plumb_sd
+    rows = edges.top - slope * np.arange(edges.top.size)
+    lowest = float(np.nanpercentile(rows, 99.5))
+    return BaseLine(lowest, slope, np.radians(sd), "toe", LEVEL_SD * edges.factor)
 
 
 def stated_base_line(
@@ -136,10 +100,10 @@ def stated_base_line(
     return BaseLine(intercept, slope, slope_sd, "given", GIVEN_SD_PX)
 
 
-def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
+def _beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
     """A stated base line, doubtful where the plate that is seen lies at an angle to
     it."""
-    for line in seen:
+    for line in (line for line in seen if line.source in SEEN):
         angles = np.degrees(np.arctan([given.slope, line.slope]))
         sd = np.degrees(np.hypot(given.slope_sd, line.slope_sd))
         off = float(angles[1] - angles[0])
@@ -151,22 +115,32 @@ def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
     return given
 
 
-def beside_plumb(base: BaseLine, camera: Camera) -> str:
-    """A doubt where the line that is seen is not level by the stated plumb: one is, and
-    one of both is wrong; ""."""
-    if camera.plumb_deg is None or base.source in ("given", "toe"):
-        return ""
+def _beside_plumb(base: BaseLine, camera: Camera) -> BaseLine:
+    """A line that is seen, doubtful where it is not level by the stated plumb: one is,
+    and one of both is wrong."""
+    if camera.plumb_deg is None or base.source == "toe":
+        return base
     off = float(np.degrees(np.arctan(base.slope))) - camera.plumb_deg
     sd = np.hypot(np.degrees(base.slope_sd), camera.plumb_sd)
     if abs(off) <= max(MOST_TILT_DEG, 3 * sd):
-        return ""
-    return (
+        return base
+    why = (
         f"the plate in the picture is {abs(off):.1f}° off level by plumb_deg as stated:"
         " one of both is wrong"
     )
+    return replace(base, doubt="; ".join(filter(None, (base.doubt, why))))
 
 
-def _plate_line(profile: np.ndarray, factor: float) -> Line | None:
+def _plate_line(edges: Edges) -> BaseLine | None:
+    """The plate beside the pile; None where it is not seen."""
+    line = _level_line(edges.top, edges.factor)
+    if line is None or _runs_over_seed_tops(edges.top, line, edges.factor):
+        return None
+    sd = LEVEL_SD * edges.factor
+    return BaseLine(line.intercept, line.slope, line.slope_sd, "plate", sd)
+
+
+def _level_line(profile: np.ndarray, factor: float) -> Line | None:
     """The nearly level line through most of the profile's points, a twelfth and more,
     with few of the others below it; None where there is none."""
     tolerance, step = 1.0 + 0.5 * factor, max(1, int(factor))
@@ -234,97 +208,18 @@ def find_horizontal(
     )
 
 
-def plate_edge(
-    image: np.ndarray, background: Background, top: np.ndarray
-) -> Line | None:
-    """The plate's edge beside the pile, as a line in px of the full picture; None where
-    there is none.
-
-    top (w,): the silhouette's rows in the small picture, −1 beside the pile. For every
-    slope within MAX_PLATE_SLOPE the vertical gradient is averaged over those columns;
-    the strongest mean near the pile's lowest visible point is the edge, if it is
-    CLEAR_STEP_SDS. It is then refined to sub-pixel rows on the full picture."""
-    columns = np.flatnonzero(top < 0)
-    columns = columns[(columns > 2) & (columns < top.size - 3)]
-    if columns.size < 0.08 * top.size or (top >= 0).sum() < 8:
-        return None
-    grey = cv2.GaussianBlur(background.distance, (0, 0), 1.0)
-    gradient = np.gradient(grey, axis=0)[:, columns]
-    foot, reach = int(top.max()), max(12, int(0.15 * (top.max() - top[top >= 0].min())))
-    noise = robust_sd(gradient - np.median(gradient)) + 1e-3
-    best = (0.0, 0.0, 0.0)
-    middle = columns.mean()
-    offsets = np.arange(foot - reach, foot + reach + 1)
-    for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 81):
-        rows = offsets[:, None] + slope * (columns - middle)
-        inside = (rows >= 2) & (rows <= grey.shape[0] - 3)
-        steps = gradient[
-            np.clip(np.rint(rows).astype(int), 0, grey.shape[0] - 1),
-            np.arange(columns.size),
-        ]
-        rows_inside = np.maximum(inside.sum(axis=1), 1)
-        mean = np.where(
-            inside.mean(axis=1) > 0.8, (steps * inside).sum(axis=1) / rows_inside, 0.0
-        )
-        at = int(np.abs(mean).argmax())
-        # a blot is not a line
-        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[inside[at]]
-        if abs(mean[at]) > abs(best[0]) and alike.mean() > 0.6:
-            best = (float(mean[at]), slope, float(offsets[at]))
-    step, slope, row = best
-    if abs(step) < max(CLEAR_STEP_SDS * noise / np.sqrt(columns.size), 0.5):
-        return None
-    return _refine(image, background, columns, slope, row - slope * middle)
-
-
-def _refine(image, background: Background, columns, slope, intercept) -> Line | None:
-    """The line through the gradient's centroid in each full column beside the pile;
-    None where that is no straight line."""
-    factor, (height, width) = background.factor, image.shape[:2]
-    x = np.arange(width)
-    x = x[np.isin(((x + 0.5) / factor).astype(int), columns)]
-    guess = (intercept + slope * ((x + 0.5) / factor - 0.5) + 0.5) * factor - 0.5
-    reach = int(np.ceil(2.5 * factor)) + 3
-    rows = np.rint(guess).astype(int) + np.arange(-reach, reach + 1)[:, None]
-    fits = (rows.min(axis=0) >= 0) & (rows.max(axis=0) < height)
-    x, rows = x[fits], rows[:, fits]
-    if x.size < 16:
-        return None
-    first = rows.min()
-    band = denoise(np.ascontiguousarray(image[first : rows.max() + 1]))
-    band = np.atleast_3d(band)
-    strip = in_float(band[rows - first, x])
-    face = (strip[-3:] - strip[:3]).mean(axis=(0, 1))
-    level = strip @ (face / max(np.linalg.norm(face), 1e-9))
-    rise = np.clip(np.gradient(cv2.blur(level, (1, 3)), axis=0), 0, None) ** 2
-    weight = rise.sum(axis=0)
-    clear = weight > 0.1 * np.median(weight)
-    if clear.sum() < 16:
-        return None
-    y = (rows * rise).sum(axis=0) / np.maximum(weight, 1e-9)
-    line = fit_line(x[clear], y[clear], EDGE_FLOOR_PX)
-    return (
-        line if line.rms < max(1.0, 0.7 * factor) and line.outlier_share < 0.4 else None
-    )
-
-
-def foot_line(region: Region, mask: np.ndarray, camera: Camera) -> BaseLine | None:
-    """The line that a heap's mask stands on, in px of the picture; None where there is
-    none."""
-    columns = np.flatnonzero(mask.any(axis=0))
-    top = mask[:, columns].argmax(axis=0).astype(float)
-    # the lower border of the lowest pixel
-    bottom = mask.shape[0] - mask[::-1, columns].argmax(axis=0).astype(float)
-    foot = _foot(columns, top, bottom, camera, MASK_SD)
+def foot_line(edges: Edges, camera: Camera, height: int) -> BaseLine | None:
+    """The line that a heap stands on in a picture `height` px high, by its edges; None
+    where there is none."""
+    top, bottom, sd = edges.top, edges.bottom, LEVEL_SD * edges.factor
+    x = np.flatnonzero(np.isfinite(top) & np.isfinite(bottom))
+    foot = _foot(x, top[x], bottom[x], camera, sd)
     if foot is None:
         return None
-    (x0, y0), f = region.origin, region.factor
-    at = float(foot.at((0.5 - x0) / f - 0.5)) * f - 0.5 + y0
-    sd = f * float(np.hypot(region.start.halo / 2, foot.sd))
     # what goes on beyond the picture shows no foot
-    cut = (bottom == mask.shape[0]).mean() > 0.5
+    cut = (bottom[x] >= height - 1.0).mean() > 0.5
     source = "toe" if cut else foot.source
-    return replace(foot, intercept=at, sd=sd, source=source)
+    return _beside_plumb(replace(foot, sd=max(foot.sd, sd), source=source), camera)
 
 
 def _foot(

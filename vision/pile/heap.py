@@ -221,7 +221,7 @@ def _flank(
         # what is not known to be of seeds alone may be a wall itself
         why = "the surface falls at once: a wall?" if walled else WALL
         return Flank(side, crest, toe, why)
-    if lowest > window[0] * 0.9:
+    if not ends.size and lowest > window[0] * 0.9:
         if at_border:
             what = f"the pile is cut by the picture's {side} border"
         else:

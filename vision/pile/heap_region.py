@@ -9,8 +9,8 @@ the shortest border, found for all columns at once by dynamic programming. A cut
 from the one before until it settles. Where seeds and surroundings are alike it may
 settle elsewhere by what it started from. It is therefore made several times, each from
 a triangle and from clusters of its own; the heap is what most cuts contain, and how far
-they differ is how well it is known. On a smooth background `surface` is far more
-exact."""
+they differ is how well it is known. Its edges are then read off the full picture by
+`surface.subpixel_edge`."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -195,9 +195,9 @@ class Region:
 
     first: np.ndarray
     confidence: float
-    rival: np.ndarray | None
     start: Start
     seen: Seen
+    rival: np.ndarray | None = None
 
     @property
     def factor(self) -> float:
@@ -304,7 +304,11 @@ def find_region(image: np.ndarray) -> Region | None:
         found = seen.upright if by == SCORES[0] else seen.turned(0, by)
         if found.triangle is None:
             continue
-        region = _region(image, small, factor, seen, found)
+        region = _region(image, small, factor, seen, found.triangle)
+        if found.rival is not None:
+            other = _region(image, small, factor, seen, found.rival)
+            if other.confidence >= min(region.confidence, 1.0):
+                region = replace(region, rival=other.start.in_picture)
         if best is None or region.evidence > best.evidence:
             best = region
         if best.confidence >= 1:
@@ -313,12 +317,15 @@ def find_region(image: np.ndarray) -> Region | None:
 
 
 def _region(
-    image: np.ndarray, small: np.ndarray, factor: float, seen: Seen, found: Found
+    image: np.ndarray,
+    small: np.ndarray,
+    factor: float,
+    seen: Seen,
+    triangle: np.ndarray,
 ) -> Region:
-    """The region cut about the triangle that was found, first in the reduced picture,
+    """The region cut about a triangle that was found, first in the reduced picture,
     then in a close-up."""
-    assert found.triangle is not None
-    start = _start(small, found.triangle, CUT_PX / 2)
+    start = _start(small, triangle, CUT_PX / 2)
     first = start.clearest()
     if _confidence(first, start) < 1:  # of what is no seeds, too
         grainy = start.features[..., TEXTURE] > SEED_TEXTURE
@@ -332,8 +339,7 @@ def _region(
         start = replace(start, triangle=_triangle_of(mask, start.triangle))
         start = _start(image, start.in_picture, CUT_PX)
         mask = start.clearest()
-    elsewhere = None if found.rival is None else found.rival * factor
-    return Region(mask, _confidence(mask, start), elsewhere, start, seen)
+    return Region(mask, _confidence(mask, start), start, seen)
 
 
 def _start(image: np.ndarray, triangle: np.ndarray, longest_px: float) -> Start:

@@ -4,9 +4,9 @@ The angle of repose is the inclination of the least-squares line through the pil
 surface between two heights, by default 20 and 80 % of the crest's height above the base
 line. The rounded crest and the long toe are thus left out.
 
-Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angles.
-Where the background is not smooth, the heap is segmented by colour and texture instead
-(`heap_region`)."""
+Steps: which pixels are the heap, sub-pixel surface and foot, base line, flanks, lines,
+angles. The heap is segmented by colour and texture (`heap_region`); what has no texture
+of seeds is where one smooth background ends (`surface`)."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -23,11 +23,9 @@ from benchtwin.vision.measurement import (
 )
 from benchtwin.vision.pile.base_line import (
     BASES,
-    beside_plumb,
-    beside_seen,
+    NO_FOOT,
     find_base_line,
     find_horizontal,
-    foot_line,
     in_reduced_px,
     stated_base_line,
 )
@@ -45,7 +43,9 @@ from benchtwin.vision.pile.layer import without_layer
 from benchtwin.vision.pile.line import FlankLine, Line, fit_flank
 from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import (
-    fit_background,
+    Edges,
+    borders,
+    distance_from_background,
     in_full_px,
     silhouettes,
     subpixel_edge,
@@ -57,11 +57,13 @@ UNSURE = (
     "what was taken for the pile (see the overlay) may be less than it, or more: name"
     " it by --roi"
 )
+NO_PILE = "no pile in the picture: nothing stands out from the background"
 NO_LINE = "the surface is too rough or too short for a line"
 # of a heap's form and colours where there is nothing else: half of what is enough
 LEAST_CONFIDENCE = NO_SEEDS / 2
-# shares of the heap's height and area by which two segmentations of one heap may differ
-MOST_APART, MOST_AREA = (0.1, 0.15)
+# levels of 255 across a heap's edge: of less, the place is the cut's own
+LEAST_STEP = 8.0
+MOST_APART_SDS = 3.0  # of two readings of one heap
 # shares of the picture: a foot that is nearer to its border is cut by it
 LEAST_BELOW, LEAST_BESIDE = 0.985, 0.99
 # a flank's height is known from the side: lopsided heaps differ by less
@@ -194,51 +196,53 @@ def _lies(region: Region | None) -> str:
 
 
 def _measure(photo: _Photo, region: Region | None) -> Repose:
-    """The pile by the more exact of two readings, if both show the same heap; what they
-    differ by is in the sds."""
-    options, smooth = photo.options, _on_smooth_background(photo)
-    seeds = replace(photo, seeds_only=True)
+    """The pile by colour and texture where these are surely of seeds, else where one
+    smooth background ends; where that is doubtful, by what looks somewhat like seeds,
+    and where there is none, by colour alone."""
+    options = photo.options
     by_hand = options.roi is not None or options.baseline is not None
-    if isinstance(smooth, Repose):
-        enough = NO_SEEDS if _doubtful(smooth) else 1.0
+    sure = region is not None and region.confidence >= 1
+    smooth = NO_PILE if sure else _on_smooth_background(photo)
+    if isinstance(smooth, str):
+        told = region is not None and (by_hand or region.confidence >= LEAST_CONFIDENCE)
     else:
-        enough = 0.0 if by_hand else LEAST_CONFIDENCE
-    if region is None or region.confidence < enough:
+        told = (
+            region is not None and region.confidence >= NO_SEEDS and _doubtful(smooth)
+        )
+    segmented: Repose | str = NO_PILE
+    if region is not None and told:
+        segmented = _of_region(replace(photo, seeds_only=True), region)
+        if sure and isinstance(segmented, str):
+            smooth = _on_smooth_background(photo)
+    if isinstance(segmented, str):
         if isinstance(smooth, str):
             raise MeasurementError(smooth)
         return smooth
-    if isinstance(smooth, Repose):
-        for seen, apart in (
-            (lambda: _of_mask(seeds, region, region.first), 0.0),
-            (lambda: _of_region(seeds, region), _apart(region)),
-        ):
-            segmented = seen()
-            if isinstance(segmented, Repose) and _same_heap(smooth, segmented, apart):
-                # smooth is the more exact one: its edges are read off the full picture
-                one, other = sorted((smooth, segmented), key=_doubtful)
-                return _widened(one, [other]).doubted(
-                    smooth.base.doubt if one is segmented else ""
-                )
-        if isinstance(segmented, str):
-            return smooth.doubted(UNSURE)
-        if region.confidence < 1:  # either, then, but what nothing speaks against
-            clear = smooth if _doubtful(segmented) else segmented
-            return clear.doubted(UNSURE)
-    else:
-        segmented = _of_region(seeds, region)
-    if isinstance(segmented, str):
-        raise MeasurementError(str(smooth))
-    if by_hand:
+    assert region is not None
+    if not by_hand:
+        segmented = segmented.doubted(*_other_heaps(region))
+    if isinstance(smooth, str):
         return segmented
+    found = smooth if _doubtful(segmented) else segmented
+    return found.doubted(smooth.base.doubt, UNSURE if _apart(smooth, segmented) else "")
+
+
+def _apart(one: Repose, other: Repose) -> bool:
+    """Whether two readings are not of the same heap."""
+    a, b = one.quantities[0], other.quantities[0]
+    return abs(a.value - b.value) > MOST_APART_SDS * float(np.hypot(a.sd, b.sd))
+
+
+def _other_heaps(region: Region) -> Iterator[str]:
+    """What speaks against the region's being the heap."""
     if region.confidence < NO_SEEDS:
-        segmented = segmented.doubted(UNSURE)
-    if region.rival is None:
-        return segmented
-    x, _, foot = region.rival[:3]
-    return segmented.doubted(
-        f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as much"
-        " like a heap: name the pile by --roi"
-    )
+        yield UNSURE
+    if region.rival is not None:
+        x, _, foot = region.rival[:3]
+        yield (
+            f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as"
+            " much like a heap: name the pile by --roi"
+        )
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -257,50 +261,57 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
 def _on_smooth_background(photo: _Photo) -> Repose | str:
     """The pile whose surface is where one smooth background ends; the reason where
     there is none."""
-    background = fit_background(photo.crop)
+    distance, factor = distance_from_background(photo.crop)
+    width = photo.crop.shape[1]
     tried: list[Repose | str] = []
-    for silhouette in silhouettes(background):
-        top = in_full_px(silhouette.top, background.factor, photo.crop.shape[1])
+    for silhouette in silhouettes(distance):
         least = silhouette.threshold / 2
-        surface = subpixel_edge(photo.crop, top, background.factor, least)
-        stated = photo.options.baseline
-        base = find_base_line(
-            photo.crop, background, silhouette, surface, stated, photo.camera, photo.roi
+        top, bottom = (
+            subpixel_edge(
+                photo.crop, in_full_px(rows, factor, width), factor, least, up
+            )
+            for rows, up in ((silhouette.top, False), (silhouette.bottom, True))
         )
-        tried.append(_of_surface(photo, surface, base, background.factor))
-        if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
+        found = _of_edges(photo, Edges(top, bottom, factor))
+        if isinstance(found, Repose):
+            found = _with_base_error(photo, found, factor)
+        tried.append(found)
+        if isinstance(found, Repose) and found.base.source in BASES[:2]:
             break  # there is no better kind of base line
-    found = [r for r in tried if isinstance(r, Repose)]
-    if not found:
-        if tried:
-            return str(tried[0])
-        return "no pile in the picture: nothing stands out from the background"
-    best = min(found, key=lambda r: BASES.index(r.base.source))
-    reasons = (r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE))
-    cut_off = next((r for r in reasons if "cut by" in r), "")
-    # by a better base line the foot is not in the picture
-    if best.base.source == "toe" and cut_off:
-        return best.doubted(cut_off.removeprefix(NO_SLOPE))
-    return best
+    readings = [r for r in tried if isinstance(r, Repose)]
+    if not readings:
+        return str(tried[0]) if tried else NO_PILE
+    return min(readings, key=lambda r: BASES.index(r.base.source))
 
 
 def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     """The pile that one cut, or most of them, take for the heap; the reason where it
-    cannot be measured."""
+    cannot be measured. Its edges are those of the steps beside the mask's where there
+    are some, else the mask's own."""
     if not mask.any():
         return NOTHING_RISES
-    width = photo.crop.shape[1]
-    foot = foot_line(region, mask, photo.camera)
-    base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
-    if base is not None and foot is not None:
-        told = [foot] if foot.source == "foot" else []
-        base = replace(beside_seen(base, told), pitch_deg=foot.pitch_deg)
-    if (base := base or foot) is None:
-        return "no line is seen that the pile stands on: name it by --baseline"
-    if photo.camera.pitch_deg is not None:
-        base = replace(base, pitch_deg=max(photo.camera.pitch_deg, 0.0))
-    surface = np.minimum(_upper_border(region, mask, width), base.at(np.arange(width)))
-    return _at_base_line(photo, surface, base, region.factor)
+
+    def edge(rows: np.ndarray, lower: bool) -> np.ndarray:
+        own = in_full_px(rows, region.factor, photo.crop.shape[1], region.origin)
+        step = subpixel_edge(photo.crop, own, region.factor, LEAST_STEP, lower)
+        return np.where(np.isfinite(step), step, own)
+
+    top, bottom = borders(mask)
+    edges = Edges(edge(top, False), edge(bottom, True), region.factor)
+    return _of_edges(photo, edges)
+
+
+def _of_edges(photo: _Photo, edges: Edges) -> Repose | str:
+    """Angles of a pile of these edges; the reason where it cannot be measured."""
+    shape = photo.crop.shape
+    stated = stated_base_line(photo.options.baseline, shape, photo.roi)
+    base = find_base_line(edges, shape, stated, photo.camera, not photo.seeds_only)
+    if base is None:
+        return NO_FOOT
+    surface = edges.top
+    if photo.seeds_only:  # beside them is the plate
+        surface = np.fmin(surface, base.at(np.arange(shape[1])))
+    return _at_base_line(photo, surface, base, edges.factor)
 
 
 def _of_region(photo: _Photo, region: Region) -> Repose | str:
@@ -334,61 +345,6 @@ def _widened(
         spread = np.sqrt(float(weights[told] @ off[told] ** 2) / counts)
         quantities.append(replace(q, sd=float(np.hypot(q.sd, spread))))
     return replace(found, quantities=tuple(quantities))
-
-
-def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
-    """The upper border of a mask of the region's close-up in every column of the
-    picture, inf where it has none."""
-    columns = np.flatnonzero(mask.any(axis=0))
-    rows = mask[:, columns].argmax(axis=0) * region.factor - 0.5 + region.origin[1]
-    x = (columns + 0.5) * region.factor - 0.5 + region.origin[0]
-    return np.interp(np.arange(width), x, rows, left=np.inf, right=np.inf)
-
-
-def _apart(region: Region) -> float:
-    """Share of the heap's area by which a cut differs from what most agree on."""
-    agreed = region.agreed
-    apart = [(cut ^ agreed).sum() for cut in region.cuts]
-    return float(region.weights @ apart / agreed.sum())
-
-
-def _same_heap(smooth: Repose, segmented: Repose, apart_by: float) -> bool:
-    """Whether the silhouette on a smooth background and the segmented region are the
-    same heap. Then it misses few of the segmented seeds and none of the flanks,
-    includes little that has no seed texture, and has the same base line and crest.
-    apart_by: share by which the cuts themselves differ, which no two outlines need to
-    agree better than."""
-    if len(smooth.slopes) < len(segmented.slopes):
-        return False
-    x = np.arange(segmented.surface.size)
-    foot = segmented.base.at(x)
-    surface = np.fmin(smooth.surface, foot)
-    crest = smooth.crest[0] - smooth.roi[0]
-    left, right = (crest if toe is None else toe for toe in smooth.toes)
-    heap = (x >= left) & (x <= right)  # without the wall that it may lean on
-    if not heap.any():
-        return False
-    missed = np.clip(surface - segmented.surface, 0, None).sum()
-    surplus = np.clip(segmented.surface - surface, 0, None)[heap].sum()
-    under = foot - segmented.surface > 0
-    crests = [s[heap].min() for s in (surface, segmented.surface)]
-    apart = max(np.abs(smooth.base.at(x) - foot)[under].mean(), np.ptp(crests))
-    height = float(np.ptp(segmented.surface[under]))
-    area = float((foot - segmented.surface).sum())
-    return bool(
-        max(missed, surplus) < (MOST_AREA + apart_by) * area
-        and apart < (MOST_APART + apart_by) * height
-    )
-
-
-def _of_surface(
-    photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
-) -> Repose | str:
-    """Angles of a surface above its base line, with what an error of the base line's
-    height makes of them; the reason where it is no measurable pile. factor: px per
-    small px."""
-    found = _at_base_line(photo, surface, base, factor)
-    return found if isinstance(found, str) else _with_base_error(photo, found, factor)
 
 
 def _with_base_error(photo: _Photo, found: Repose, factor: float) -> Repose:
@@ -499,7 +455,8 @@ def _doubts(
 ) -> Iterator[str]:
     """What speaks against the outline, of which every quantity is read."""
     yield found.base.doubt
-    yield beside_plumb(found.base, photo.camera)
+    if found.base.source == "toe" and not photo.seeds_only:
+        yield NO_FOOT
     yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     height, width = photo.crop.shape[:2]
     foot = found.base.at(found.crest[0] - found.roi[0])

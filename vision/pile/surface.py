@@ -1,7 +1,7 @@
-"""Silhouette and surface of a pile on a smooth background: where, going down each
-column, the background ends.
+"""Sub-pixel edges of a pile, and its silhouette on a smooth background: where, going
+down each column, the background ends.
 
-Steps: reduce, denoise, fit the illumination, find a threshold, read the edge off the
+Steps: reduce, denoise, fit the illumination, find a threshold, read the edges off the
 full picture."""
 
 from dataclasses import dataclass
@@ -106,42 +106,24 @@ def binarise(grey: np.ndarray) -> tuple[float, float]:
 
 
 def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
-    one = np.ones_like(x)
-    columns = (
-        [one]
-        if order == 0
-        else [one, x, y]
-        if order == 1
-        else [one, x, y, x * x, x * y, y * y]
-    )
-    return np.stack(columns, axis=1)
-
-
-@dataclass(frozen=True)
-class Background:
-    """The picture's background, and how far the colour of every pixel is from it.
-    small: the reduced picture, float32 (h, w, c); factor: full px per small px. light:
-    coefficients of fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255."""
-
-    small: np.ndarray
-    factor: float
-    light: np.ndarray
-    distance: np.ndarray
+    terms = [np.ones_like(x), x, y, x * x, x * y, y * y]
+    return np.stack(terms[: (order + 1) * (order + 2) // 2], axis=1)
 
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What differs from the background in the small picture: mask (h, w), top and
-    bottom row of each column (−1: none)."""
+    """Upper and lower border (w,) of what differs from the background in the small
+    picture, NaN: none."""
 
-    mask: np.ndarray
     top: np.ndarray
     bottom: np.ndarray
     threshold: float
 
 
-def fit_background(image: np.ndarray) -> Background:
-    """Fit the illumination of the background, which must show at the picture's top.
+def distance_from_background(image: np.ndarray) -> tuple[np.ndarray, float]:
+    """How far the colour of every pixel is from the background's, which must show at
+    the picture's top: float32 (h, w) ≥ 0, levels of 255, in the reduced picture, and
+    full px per px of it.
 
     Starts from the median colour of the top rows. The pixels nearest to the fit (below
     the lowest of Otsu's thresholds) are background; the illumination is fitted to them,
@@ -159,7 +141,7 @@ def fit_background(image: np.ndarray) -> Background:
     for share, order in ((0.25, 1), (0.5, 1), (0.75, 2), (1.0, 2)):
         light = _refit(coarse, light, max(4, round(share * coarse.shape[0])), order)
     light = _refit(small, light, small.shape[0], 2)
-    return Background(small, factor, light, _distance(small, light, small.shape[0]))
+    return _distance(small, light, small.shape[0]), factor
 
 
 def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.ndarray:
@@ -178,14 +160,11 @@ def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
     return np.sqrt(np.einsum("yxc,yxc->yx", off, off))
 
 
-def silhouettes(background: Background) -> list[Silhouette]:
-    """Candidate silhouettes, one for each threshold: the plate may lie between
-    background and pile in brightness."""
-    found = [
-        _silhouette(background.distance > threshold, threshold)
-        for threshold in _thresholds(background.distance)
-    ]
-    return [s for s in found if (s.top >= 0).sum() >= 8]
+def silhouettes(distance: np.ndarray) -> list[Silhouette]:
+    """Candidate silhouettes, one for each threshold of the distance from the
+    background: the plate may lie between background and pile in brightness."""
+    found = [_silhouette(distance > level, level) for level in _thresholds(distance)]
+    return [s for s in found if np.isfinite(s.top).sum() >= 8]
 
 
 def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
@@ -217,10 +196,16 @@ def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
         area = stats[1:, cv2.CC_STAT_AREA]
         kept = 1 + np.flatnonzero(area >= 0.15 * area.max())
         solid = np.where(np.isin(labels, kept), solid, 0)
-    some = solid.any(axis=0)
-    top = np.where(some, solid.argmax(axis=0), -1)
-    bottom = np.where(some, solid.shape[0] - 1 - solid[::-1].argmax(axis=0), -1)
-    return Silhouette(solid.astype(bool), top, bottom, threshold)
+    return Silhouette(*borders(solid), threshold)
+
+
+def borders(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (w,) of a mask's upper and lower border in each column, between two px; NaN
+    where it has none."""
+    some = mask.any(axis=0)
+    ends = mask.argmax(axis=0) - 0.5, len(mask) - mask[::-1].argmax(axis=0) - 0.5
+    top, bottom = (np.where(some, end, np.nan) for end in ends)
+    return top, bottom
 
 
 def _disc(diameter: int) -> np.ndarray:
@@ -270,12 +255,24 @@ def subpixel_edge(
     return np.where(known & beyond, height - 1.0 if upward else 0.0, found)
 
 
-def in_full_px(coarse: np.ndarray, factor: float, width: int) -> np.ndarray:
-    """Rows of a reduced picture's columns (−1: none) in every column of the full one,
-    NaN where there is none."""
-    nearest = np.rint((np.arange(width) + 0.5) / factor - 0.5).astype(int)
-    rows = coarse[np.clip(nearest, 0, coarse.size - 1)]
-    return np.where(rows >= 0, (rows + 0.5) * factor - 0.5, np.nan)
+@dataclass(frozen=True)
+class Edges:
+    """Upper and lower edge of a pile in the picture: rows (w,) [px], NaN where it has
+    none; found in a picture reduced by `factor`."""
+
+    top: np.ndarray
+    bottom: np.ndarray
+    factor: float
+
+
+def in_full_px(
+    rows: np.ndarray, factor: float, width: int, origin: tuple[int, int] = (0, 0)
+) -> np.ndarray:
+    """Rows of a reduced picture's columns in every column of the full one, `width` px
+    wide, in which its corner is `origin`; NaN where there is none."""
+    at = np.rint((np.arange(width) - origin[0] + 0.5) / factor - 0.5).astype(int)
+    found = (rows[np.clip(at, 0, rows.size - 1)] + 0.5) * factor - 0.5 + origin[1]
+    return np.where((at >= 0) & (at <= rows.size), found, np.nan)
 
 
 def _running_median(values: np.ndarray, run: int) -> np.ndarray:

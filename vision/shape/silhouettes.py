@@ -16,6 +16,8 @@ LEAST_SMALL_PX = 12  # area of a thing in the reduced picture
 # two maxima of depth are one grain where the path between them stays above this share
 # of the lower one
 SADDLE = 0.88
+# of the greatest depth: smoothing of the depth; what is less deep is no grain's middle
+BLUR, SHALLOW = 0.05, 0.3
 
 
 @dataclass(frozen=True)
@@ -254,93 +256,23 @@ def without_thin_parts(shape: np.ndarray, typical: float) -> np.ndarray:
 
 
 def split(shape: np.ndarray) -> list[Piece]:
-    """Split a patch (uint8) of touching grains where it is narrow. Maxima of the
-    distance to the edge with a saddle below SADDLE between them are different grains.
-    Every pixel is assigned to the grain with the least Mahalanobis distance,
-    iterated."""
+    """Split a patch (uint8) of touching grains where it is narrow: maxima of the
+    distance to the edge with a saddle below SADDLE of the lower one between them are
+    different grains, whose watershed is the cut."""
+    from skimage.morphology import local_maxima, reconstruction  # loads for .7 s
+    from skimage.segmentation import watershed
+
     padded = np.pad(shape, 3)
-    # resolution of the cut
-    step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))
-    if step == 1:
-        coarse = padded
-    else:
-        coarse = cv2.resize(
-            padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA
-        )
-    coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
-    depth = cv2.GaussianBlur(cv2.distanceTransform(coarse, cv2.DIST_L2, 5), (0, 0), 1.0)
-    summits = _summits(depth)
-    if len(summits) < 2:
+    depth = cv2.distanceTransform(padded, cv2.DIST_L2, 5).astype(float)
+    depth = cv2.GaussianBlur(depth, (0, 0), max(1.0, BLUR * depth.max()))
+    deep = np.log(np.maximum(depth / depth.max(), SHALLOW))
+    tops = local_maxima(reconstruction(deep + np.log(SADDLE), deep))
+    count, summits = cv2.connectedComponents(tops.astype(np.uint8))
+    if count < 3:
         return [_make_piece(padded, padded)]
-    labels = _assigned(coarse, depth, summits)
-    labels = cv2.resize(
-        labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST
-    )
-    # the rim that the coarse patch lacks
-    near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))
-    labels = np.where(labels == 0, near, labels)
-    grains = (
-        (labels == label).astype(np.uint8) & padded
-        for label in range(1, len(summits) + 1)
-    )
+    labels = watershed(-depth, summits, mask=padded > 0)
+    grains = ((labels == label).astype(np.uint8) for label in range(1, count))
     return [_make_piece(grain, padded) for grain in grains if grain.any()]
-
-
-def _assigned(
-    coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, int]]
-) -> np.ndarray:
-    """Label image: 1, 2, … for the maximum to which each pixel of the patch is
-    assigned."""
-    ys, xs = np.nonzero(coarse)
-    place = np.stack([xs, ys], -1).astype(np.float32)
-    centre = np.array(summits, np.float32)
-    # a full ellipse has covariance semi-axis²/4
-    spread = np.stack([np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits])
-    for _ in range(6):
-        away = np.empty((len(summits), len(place)), np.float32)
-        for i, (c, s) in enumerate(zip(centre, spread)):
-            d = place - c
-            away[i] = ((d @ np.linalg.inv(s)) * d).sum(1)
-        owner = away.argmin(0)
-        for i in range(len(summits)):
-            members = place[owner == i]
-            if len(members) > 10:
-                centre[i] = members.mean(0)
-                spread[i] = np.cov(members.T) + 0.05 * np.eye(2)
-    labels = np.zeros(coarse.shape, np.int32)
-    labels[ys, xs] = owner + 1
-    return labels
-
-
-def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
-    """Maxima of the distance map, deepest first, that a saddle separates from all
-    deeper ones."""
-    size = 2 * max(2, int(0.25 * depth.max())) + 1
-    tops = (
-        depth
-        >= cv2.dilate(depth, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
-    ) & (depth > 0.3 * depth.max())
-    count, labels, _, centres = cv2.connectedComponentsWithStats(tops.astype(np.uint8))
-    candidates = []
-    for label in range(1, count):
-        ys, xs = np.nonzero(labels == label)
-        middle = int(
-            np.argmin(np.hypot(xs - centres[label][0], ys - centres[label][1]))
-        )
-        candidates.append((int(xs[middle]), int(ys[middle])))
-    kept: list[tuple[int, int]] = []
-    for x, y in sorted(candidates, key=lambda p: -depth[p[1], p[0]]):
-        if all(_saddle(depth, (x, y), other) < SADDLE * depth[y, x] for other in kept):
-            kept.append((x, y))
-    return kept[:250]
-
-
-def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
-    """Least depth on the straight line from `a` to `b` [px]."""
-    n = int(np.hypot(a[0] - b[0], a[1] - b[1])) + 2
-    rows = np.rint(np.linspace(a[1], b[1], n)).astype(int)
-    columns = np.rint(np.linspace(a[0], b[0], n)).astype(int)
-    return float(depth[rows, columns].min())
 
 
 def _make_piece(grain: np.ndarray, whole: np.ndarray) -> Piece:

@@ -1,17 +1,13 @@
 """The line that a heap stands on, by drawn masks of one."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from benchtwin.vision.pile.base_line import foot_line
+from benchtwin.vision.pile.base_line import BaseLine, foot_line
+from benchtwin.vision.pile.surface import Edges, borders
 from benchtwin.vision.recording import Camera
 
 FOOT, WIDE, TALL = 300, 400, 130  # px
-CLOSE_UP = SimpleNamespace(
-    origin=(0, 0), factor=1.0, start=SimpleNamespace(halo=4.0)
-)  # what is asked of a region
 
 
 def mask(leaning: bool, foot: np.ndarray, roll: float = 0.0) -> np.ndarray:
@@ -29,6 +25,10 @@ def mask(leaning: bool, foot: np.ndarray, roll: float = 0.0) -> np.ndarray:
     return drawn
 
 
+def foot_of(drawn: np.ndarray) -> BaseLine | None:
+    return foot_line(Edges(*borders(drawn), 1.0), Camera(), len(drawn))
+
+
 def bow(leaning: bool, pitch_deg: float) -> np.ndarray:
     """Near half of the ellipse that the foot of a cone, or of half of one, is."""
     u = np.arange(WIDE) / WIDE - 1 if leaning else 2 * np.arange(WIDE) / WIDE - 1
@@ -42,7 +42,7 @@ def test_the_lifted_end_of_a_run_out_is_no_bow(roll_deg):
     and told to be seen."""
     curl = np.clip(50 - np.arange(WIDE), 0, None)
     slope = np.tan(np.radians(roll_deg))
-    base = foot_line(CLOSE_UP, mask(True, FOOT - 0.4 * curl, slope), Camera())
+    base = foot_of(mask(True, FOOT - 0.4 * curl, slope))
     assert base.source == "foot" and not base.doubt
     assert base.at(240) == pytest.approx(FOOT + slope * 200, abs=2.0)
     assert base.pitch_deg < 1.0
@@ -53,7 +53,7 @@ def test_the_lifted_end_of_a_run_out_is_no_bow(roll_deg):
 @pytest.mark.parametrize("pitch_deg", [6.0, 15.0])
 def test_a_bowed_foot_tells_by_how_much_the_camera_looks_down(leaning, pitch_deg):
     """Also of half a heap, whose ellipse has its middle at the wall."""
-    base = foot_line(CLOSE_UP, mask(leaning, bow(leaning, pitch_deg)), Camera())
+    base = foot_of(mask(leaning, bow(leaning, pitch_deg)))
     assert base.pitch_deg == pytest.approx(pitch_deg, abs=1.0)
     assert base.at(240) == pytest.approx(FOOT, abs=3 * base.sd)
     assert base.source == "foot" or leaning
@@ -62,11 +62,11 @@ def test_a_bowed_foot_tells_by_how_much_the_camera_looks_down(leaning, pitch_deg
 def test_a_heap_and_its_mirror_image_stand_on_the_line_between():
     whole = mask(False, np.full(WIDE, FOOT))
     both = whole | np.roll(whole[::-1], 2 * FOOT - 420, axis=0)
-    base = foot_line(CLOSE_UP, both, Camera())
+    base = foot_of(both)
     assert base.source == "mirror" and not base.pitch_deg
     assert base.at(240) == pytest.approx(FOOT, abs=1.0)
 
 
 def test_a_foot_at_the_pictures_border_is_not_seen():
     cut = mask(True, np.full(WIDE, FOOT))[: FOOT - 20]
-    assert foot_line(CLOSE_UP, cut, Camera()).source == "toe"
+    assert foot_of(cut).source == "toe"

@@ -48,6 +48,18 @@ def test_the_steps_of_a_heap_of_few_layers_of_seeds_are_no_wall(layers):
     assert [flank.problem for flank in heap.flanks] == ["", ""]
 
 
+def test_a_heap_that_ends_on_bare_plate_does_not_end_above_it():
+    """Its last seeds stand two fifths of the crest high; where nothing is known beyond
+    them it may go on."""
+    x = np.arange(600.0)
+    height = 140.0 - 0.45 * np.abs(x - 300.0)
+    height[height < 58.0] = 0.0
+    for beyond, ends in ((0.0, False), (np.nan, True)):
+        seen = outline(np.where(height > 0, height, beyond))
+        heap = find_heap(seen, BASE, WINDOW, walled=False)
+        assert [bool(flank.problem) for flank in heap.flanks] == [ends, ends]
+
+
 def test_an_angle_known_no_better_than_five_degrees_is_doubtful():
     known = Quantity("repose_angle", 30.0, 4.9, "deg")
     assert if_known(known).quality == GOOD

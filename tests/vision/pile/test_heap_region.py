@@ -240,24 +240,6 @@ def test_what_the_cuts_differ_by_is_in_every_sd(monkeypatch):
         assert sds["apart"][name] > 1.3 * sds["alike"][name]
 
 
-def test_what_two_readings_of_one_heap_differ_by_is_in_the_sd():
-    """Before a smooth background; the cut has bitten a wedge out of the right flank."""
-    picture = heap_of_seeds("plain", 30.0, seed=1)
-    region = find_region(picture)
-    down, across = np.indices(region.first.shape)
-    top = region.first.argmax(axis=0)
-    crest = int(np.where(top > 0, top, np.inf).argmin())
-    bitten = down >= top + 0.06 * np.clip(across[0] - crest, 0, None)
-    found = [
-        {q.name: q for q in measure_repose(picture, find=lambda _, r=r: r).quantities}
-        for r in (region, replace(region, first=region.first & bitten))
-    ]
-    for name, grows in (("repose_angle_left", False), ("repose_angle_right", True)):
-        one, other = (each[name] for each in found)
-        assert other.value == one.value
-        assert (other.sd > 1.5 * one.sd) == grows
-
-
 def test_a_picture_that_cuts_the_foot_is_doubted_in_every_quantity():
     found = angle(heap_of_seeds("cloth", 33.0, seed=1)[: FOOT - 25])
     assert {q.quality for q in found.quantities} <= {DOUBTFUL, FAILED}
