@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchtwin.bench.rigs import rigs_in_words
+from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.measure.observed import Observed as Observed
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
@@ -48,7 +48,7 @@ def _entry(entry: Recording | MeasurementError, told: Mapping[str, str]) -> List
     if isinstance(entry, MeasurementError):
         return Listed(entry.recording, "", "", "", str(entry))
     missing = f"{entry.toml}: rig is missing; it should be {rigs_in_words()}"
-    trouble = "" if entry.rig else missing
+    trouble = not_diagnosed(entry) if entry.rig else missing
     return Listed(
         entry.id,
         entry.rig or "",
@@ -59,14 +59,22 @@ def _entry(entry: Recording | MeasurementError, told: Mapping[str, str]) -> List
     )
 
 
+def not_diagnosed(recording: Recording) -> str:
+    """Why a diagnosis leaves out a rig that is built as this one; ""."""
+    if recording.rig is None:
+        return ""
+    return RIGS[recording.rig].not_diagnosed.get(recording.variant, "")
+
+
 def entries_of(folder: Path | Observed, rig: str) -> Observed:
-    """Recordings of one rig under `folder`, and what could not be read at all.
-    FileNotFoundError without a folder."""
+    """Recordings of one rig under `folder` that a diagnosis judges, and what could not
+    be read at all. FileNotFoundError without a folder."""
     observed = Observed.under(folder)
     return observed.only(
         entry
         for entry in observed.entries
-        if isinstance(entry, MeasurementError) or entry.rig == rig
+        if isinstance(entry, MeasurementError)
+        or (entry.rig == rig and not not_diagnosed(entry))
     )
 
 

@@ -210,7 +210,9 @@ def seed_stage(found: Calibration, rig: BySurface, way: Way) -> PileStage:
         rig=rig,
     )
     # a bench that records one will state all that its page of docs asks for
-    return stage.varying(rig.left_open(section) if readings is not None else {})
+    will_state = {} if readings is not None else rig.usual
+    known = readings is not None or bool(will_state)
+    return stage.varying(rig.left_open({**will_state, **section}) if known else {})
 
 
 def seed_rig(found: Calibration, name: str, way: Way) -> Calibration:
@@ -240,7 +242,8 @@ def unrecorded(found: Calibration, way: Way) -> tuple[BenchTest, ...]:
             runs = simulate_design(stage)
         except SimulationFailed:
             continue
-        tests.append(unrecorded_test(stage.rig, runs, stage.box, stage.steel))
+        test = unrecorded_test(stage.rig, runs, stage.box, stage.steel)
+        tests.append(test and replace(test, believed=stage.left_open))
     return tuple(test for test in tests if test is not None)
 
 
