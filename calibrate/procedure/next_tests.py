@@ -76,8 +76,9 @@ def _more(
     readings = runs * rig.per_run
     sd = np.sqrt(apart[:, 0] ** 2 + apart[:, 1] ** 2 / readings)
     noise = np.outer(sd, sd) * correlation.to_numpy()
-    name, minutes = f"{readings} more {rig.in_plural}", runs * rig.minutes
-    return BenchTest(name, tuple(surrogates), noise, readings, minutes)
+    how = f", as docs/{rig.page} says" if rig.page else ""
+    name = f"{readings} more {rig.in_plural}{how}"
+    return BenchTest(name, tuple(surrogates), noise, readings, runs * rig.minutes)
 
 
 def next_tests(

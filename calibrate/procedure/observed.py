@@ -129,10 +129,10 @@ def scatter_apart(
     surrogate: Surrogate, runs: pd.DataFrame, rig: BySurface
 ) -> tuple[float, float]:
     """What the scatter of single runs is made of, where each is a mean of several
-    readings: sd between runs (the card, the bed), and sd of a reading within one; else
-    none and all of it."""
-    if not rig.within:
-        return 0.0, surrogate.noise_sd
+    readings: sd between runs (the card, the bed), and sd of a reading within one; none
+    and all of it where runs do not show it."""
+    if rig.within not in runs:
+        return 0.0, surrogate.noise_sd * float(np.sqrt(rig.per_run))
     within = float(np.sqrt((runs[rig.within] ** 2).mean()))
     between = surrogate.noise_sd**2 - within**2 / rig.per_run
     return float(np.sqrt(max(between, 0.0))), within

@@ -42,7 +42,7 @@ def as_described(
 ) -> tuple[dict, tuple[str, ...]]:
     """[drop] of the simulations: as the bench states it. A bench reads single drops, so
     that it is never quite the same."""
-    return {"drops": SeedDrop().drops, **stated}, (NOTE,)
+    return {**stated, "drops": SeedDrop().drops}, (NOTE,)
 
 
 def left_open(section: dict) -> dict[str, Believed]:

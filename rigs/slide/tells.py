@@ -55,7 +55,7 @@ def as_described(
 ) -> tuple[dict, tuple[str, ...]]:
     """[slide] of the simulations: as the bench states it. A bench reads single slides,
     so that it is never quite the same."""
-    return {"slides": SeedSlide().slides, **stated}, (NOTE,)
+    return {**stated, "slides": SeedSlide().slides}, (NOTE,)
 
 
 def left_open(section: dict) -> dict[str, Believed]:
