@@ -188,7 +188,7 @@ def add_piles(
     if settled:
         ended = "then they shrank no more"
     return done, [
-        f"{added} {stage.rig.in_plural} more than the design's, where they tell most:"
+        f"{added * stage.rig.per_run} {stage.rig.in_plural} more than the design's, where they tell most:"
         f" the intervals of the seed–seed parameters came to"
         f" {widths[-1] / widths[0]:.0%} of their width; {ended}"
     ]

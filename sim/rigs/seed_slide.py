@@ -31,7 +31,7 @@ class SeedSlide:
     travel_m: float = 0.020
     card_m: tuple[float, float] = (0.025, 0.025)
     coverage: float = 0.78
-    slides: int = 3
+    slides: int = 2
 
     def __post_init__(self) -> None:
         if not 0 < self.tilt_rate_deg_s <= 90:
