@@ -28,7 +28,7 @@ def no_rows() -> np.ndarray:
 @dataclass(frozen=True)
 class Listed:
     """One recording of a folder before anything is read of it: trouble says why nothing
-    can be, "" when it can."""
+    can be, aside why nothing is, "" when it is."""
 
     recording: str
     rig: str
@@ -36,6 +36,7 @@ class Listed:
     session: str
     trouble: str = ""
     notes: tuple[str, ...] = ()
+    aside: str = ""
 
 
 def listed(folder: Path | Observed) -> list[Listed]:
@@ -48,7 +49,7 @@ def _entry(entry: Recording | MeasurementError, told: Mapping[str, str]) -> List
     if isinstance(entry, MeasurementError):
         return Listed(entry.recording, "", "", "", str(entry))
     missing = f"{entry.toml}: rig is missing; it should be {rigs_in_words()}"
-    trouble = not_diagnosed(entry) if entry.rig else missing
+    trouble = "" if entry.rig else missing
     return Listed(
         entry.id,
         entry.rig or "",
@@ -56,6 +57,7 @@ def _entry(entry: Recording | MeasurementError, told: Mapping[str, str]) -> List
         entry.session or "",
         trouble,
         (*filter(None, [told.get(entry.id, "")]), *entry.sds_beyond_belief()),
+        not_diagnosed(entry),
     )
 
 

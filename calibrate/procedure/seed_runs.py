@@ -187,9 +187,10 @@ def add_piles(
     ended = "they were still shrinking when no more were allowed"
     if settled:
         ended = "then they shrank no more"
+    readings = added * stage.rig.per_run
     return done, [
-        f"{added * stage.rig.per_run} {stage.rig.in_plural} more than the design's, where they tell most:"
-        f" the intervals of the seed–seed parameters came to"
+        f"{readings} {stage.rig.in_plural} more than the design's, where they tell"
+        f" most: the intervals of the seed–seed parameters came to"
         f" {widths[-1] / widths[0]:.0%} of their width; {ended}"
     ]
 

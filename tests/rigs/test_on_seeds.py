@@ -111,7 +111,7 @@ def test_they_are_never_seed_on_steel(tmp_path):
 def test_a_diagnosis_says_that_it_does_not_judge_them(tmp_path):
     written(tmp_path / "b" / "steel", DROP, RISES)
     written(tmp_path / "b" / "seeds", DROP + SEEDS, RISES)
-    said = {entry.recording: entry.trouble for entry in listed(tmp_path / "b")}
+    said = {entry.recording: entry.aside for entry in listed(tmp_path / "b")}
     assert said["steel"] == ""
     assert "does not judge plates of seeds yet" in said["seeds"]
     assert [e.id for e in entries_of(tmp_path / "b", "drop").entries] == ["steel"]
