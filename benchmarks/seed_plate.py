@@ -5,7 +5,7 @@ calibration makes of them alone hold the truth.
     python benchmarks/seed_plate.py benches [BENCHES]
                                               → benchmarks/tables/seed_plate_benches.csv
 
-`told`: means and scatter over the parameters of seed on seed (a quarter of an hour).
+`told`: means and scatter over the parameters of seed on seed (some minutes).
 `benches`: of each of BENCHES (default 12) the truths are drawn, its recordings made by
 the twin, 40 drops and two cards of 8 slides, and calibrated with `--quick` and no runs
 beyond the design, which all share. Kept in benchmark-runs/seed-plate: the same command
@@ -64,14 +64,14 @@ def read(rig: str, section: dict, of: dict, rng: tuple[int, ...], folder: Path):
 
 def told() -> None:
     """A row a set of parameters: mean, its standard error, and sd of single readings,
-    of 100 drops and of 8 cards of 4 slides."""
+    of 60 drops and of 4 cards of 4 slides."""
     sets = [USUAL] + [USUAL | {n: v} for n, ends in VARIED.items() for v in ends]
     rows = []
     for k, of in enumerate(sets):
-        rises = read("drop", DROP | {"drops": 100}, of, (SEED, 1), OUT / f"told-{k}-d")
+        rises = read("drop", DROP | {"drops": 60}, of, (SEED, 1), OUT / f"told-{k}-d")
         card, place = SLIDE | {"slides": 4}, OUT / f"told-{k}"
         cards = [
-            read("slide", card, of, (SEED, 2, c), place / f"{c}") for c in range(8)
+            read("slide", card, of, (SEED, 2, c), place / f"{c}") for c in range(4)
         ]
         means = np.array([card.mean() for card in cards])
         rows.append(
