@@ -10,6 +10,7 @@ from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Balls
 from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.material import SOYBEAN_SOYBEAN
+from benchtwin.sim.ondem.write import triangles
 from benchtwin.sim.rigs.bench import Bench, reach
 from benchtwin.sim.rigs.seed_drop import SeedDrop, run_seed_drop
 from benchtwin.sim.rigs.seed_plate import laid
@@ -106,7 +107,7 @@ def test_a_card_is_its_seeds_turned_over():
 def test_seeds_rise_farther_with_more_restitution_whatever_the_friction():
     def rise(**contact) -> float:
         motion = run_seed_drop(
-            SeedDrop(drops=12), with_seeds(Bench(), **contact), np.random.default_rng(2)
+            SeedDrop(drops=8), with_seeds(Bench(), **contact), np.random.default_rng(2)
         )
         return motion.truth["rebound_height_mm"]
 
@@ -144,3 +145,11 @@ def test_a_card_slides_later_with_more_friction():
     smooth, rough = angle(0.1), angle(0.6)
     assert smooth > np.degrees(np.arctan(0.1)) + 5  # the hollows hold it
     assert rough > smooth + 10
+
+
+def test_a_glued_seed_is_saved_as_the_surface_of_its_balls():
+    plate = laid(Bench(), np.random.default_rng(1), 0.7, (-0.01, -0.01), (0.01, 0.01))
+    wall = plate.walls(Bench())[1]
+    far = triangles(wall, wall.primitives()[1]).reshape(-1, 3)
+    off = np.linalg.norm(far[:, None] - wall.centres, axis=2) - wall.radii
+    assert off.min(axis=1) == pytest.approx(np.zeros(len(far)), abs=1e-9)
