@@ -104,17 +104,16 @@ def test_a_card_is_its_seeds_turned_over():
     assert -np.min(lying[:, 2] - card.radii_m) == pytest.approx(plate.top_m)
 
 
-def test_seeds_rise_farther_with_more_restitution_whatever_the_friction():
-    def rise(**contact) -> float:
-        motion = run_seed_drop(
-            SeedDrop(drops=8), with_seeds(Bench(), **contact), np.random.default_rng(2)
-        )
+def test_seeds_rise_farther_with_more_restitution():
+    """As e² and more: (.7/.45)² is 2.4; a mean of eight drops is off by a fifth."""
+
+    def rise(e: float) -> float:
+        bench = with_seeds(Bench(), restitution=e)
+        motion = run_seed_drop(SeedDrop(drops=8), bench, np.random.default_rng(2))
+        assert len(motion.readings["rebound_height_mm"]) == 8
         return motion.truth["rebound_height_mm"]
 
-    low, high = (rise(restitution=e, static_friction=0.5) for e in (0.45, 0.7))
-    slippery = rise(restitution=0.7, static_friction=0.2)
-    assert high > 1.7 * low
-    assert slippery == pytest.approx(high, rel=0.2)
+    assert rise(0.7) > 1.5 * rise(0.45)
 
 
 def test_a_dropped_seed_is_seen_falling_and_rising():
