@@ -48,7 +48,6 @@ USUAL = {
 VARIED = {
     "seed_restitution": (0.45, 0.70),
     "seed_static_friction": (0.30, 0.70),
-    "seed_rolling_friction": (0.015, 0.08),
 }
 SEED = 2056
 
