@@ -10,7 +10,7 @@ demo: $(VENV)/installed
 	@sh scripts/system-packages.sh
 	@echo "1. What is on each recording of a bench of soybeans, and how well is it known?"
 	@$(BIN)/benchtwin measure samples/soybean-bench --out $(DEMO_OUT)/measured --overwrite
-	@printf "\n2. Which contact parameters make a simulation do the same? (3 to 5 minutes; stopped, make demo goes on)\n"
+	@printf "\n2. Which contact parameters make a simulation do the same? (5 to 7 minutes; stopped, make demo goes on)\n"
 	@$(BIN)/benchtwin calibrate samples/soybean-bench --out $(DEMO_OUT)/calibrated --quick --overwrite
 	@printf "\n3. Is anything in the recordings that no parameter explains?\n"
 	@$(BIN)/benchtwin diagnose samples/soybean-bench --out $(DEMO_OUT)/diagnosed --quick --overwrite

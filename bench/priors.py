@@ -225,6 +225,14 @@ PRIORS = {
     "gate-place": Prior(
         "mm", 0.3, None, "read off a ruler: a light gate's beam is some mm wide"
     ),
+    # a plate of seeds
+    "plate-coverage": Prior(
+        "1",
+        0.05,
+        0.01,
+        "of seeds laid by hand side by side: about 0.78; counted on a square of known"
+        " sides",
+    ),
     # a heap, a draw-down
     "pane-friction": Prior("1", 0.1, None, "of seeds on glass or acrylic, about 0.3"),
     "row-of-few": Prior("mm", 0.5, None, "of a row where too few show their scatter"),

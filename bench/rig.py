@@ -30,7 +30,8 @@ class Rig:
     where a gate stands. wanted: keys without which a number is missing or in doubt;
     asked: keys that no other tool's file states → the question. corrected_in: further
     sections of keys in which its measuring is corrected. variants: names by which
-    `simulate` knows it with other keys; by_turns: keys that its runs have by turns
+    `simulate` knows it with other keys; not_diagnosed: those that a diagnosis does not
+    judge, and why; by_turns: keys that its runs have by turns
     where none is stated; per_recording: keys of a recording, not of how the rig is
     built; weighed: such keys that say what was weighed.
     own_parameters: whether each recording can have a parameter of its own.
@@ -64,6 +65,7 @@ class Rig:
     asked: tuple[tuple[str, str], ...] = ()
     corrected_in: tuple[str, ...] = ("track",)
     variants: Mapping[str, dict] = field(default_factory=dict, hash=False)
+    not_diagnosed: Mapping[str, str] = field(default_factory=dict, hash=False)
     by_turns: tuple[Mapping[str, object], ...] = field(default=({},), hash=False)
     per_recording: tuple[str, ...] = ()
     weighed: tuple[str, ...] = ()

@@ -27,6 +27,8 @@ Vector = Annotated[tuple[Finite, Finite, Finite], FROM_LIST]
 Pixel = Annotated[int, Field(ge=0, le=65_536)]
 Frame = Annotated[int, Field(ge=0)]
 Extent = Annotated[int, Field(ge=8, le=65_536)]
+COVERAGE_LIMITS = 0.3, 0.9  # of a plate by one layer: equal circles cover 0.907 at most
+Coverage = Annotated[float, Field(ge=COVERAGE_LIMITS[0], le=COVERAGE_LIMITS[1])]
 Share = Annotated[float, Field(ge=0, le=100)]
 PlaceOfFrame = Annotated[tuple[Frame, Finite, Finite], FROM_LIST]
 FourNumbers = Annotated[tuple[Finite, Finite, Finite, Finite], FROM_LIST]

@@ -105,9 +105,12 @@ class BySurface(Reading):
     that is shown beside the bench's; not_seen: columns of a simulated run that no bench
     can show; minutes: that what one simulated run shows takes at a bench.
     ratios: {name: (above, below)} of what is weighed, which a slice shows as the whole
-    does. left_open(section): keys that a bench should state and this one does not, with
-    what is believed of them: they vary along, and are averaged over. variant: of the
-    rig, whose recordings are evidence of their own."""
+    does. left_open(section): keys that a bench does not state, or not exactly, with
+    what is believed of them: they vary along, and are averaged over; "rig.key" is that
+    rig's alone; usual: what a bench that makes such a test will state. variant: of the
+    rig, whose recordings are evidence of their own; plural: in words; per_run: how many
+    of the bench's readings one simulated run is the mean of, and within: the column
+    with their sd; page: of `docs/`, which says how such a test is made."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
@@ -115,7 +118,12 @@ class BySurface(Reading):
     minutes: float = 5.0
     ratios: Mapping[str, tuple[str, str]] = field(default_factory=dict, hash=False)
     left_open: Callable[[dict], Mapping[str, Believed]] = nothing_open
+    usual: Mapping[str, float] = field(default_factory=dict, hash=False)
     variant: str = ""
+    plural: str = ""
+    per_run: int = 1
+    within: str = ""
+    page: str = ""
 
     @property
     def name(self) -> str:
@@ -125,7 +133,8 @@ class BySurface(Reading):
     @property
     def in_plural(self) -> str:
         """ "heaps"."""
-        return f"{self.variant}s" if self.variant else self.rig.in_plural
+        of_variant = f"{self.variant}s" if self.variant else self.rig.in_plural
+        return self.plural or of_variant
 
     @property
     def keys(self) -> dict:
@@ -133,8 +142,9 @@ class BySurface(Reading):
         return dict(self.rig.variants[self.variant]) if self.variant else {}
 
     def all_variants(self) -> Iterator["BySurface"]:
-        """The rig as it is, then built otherwise."""
-        return (replace(self, variant=name) for name in ("", *self.rig.variants))
+        """The rig as it is, then built otherwise; the one variant that it is of."""
+        names = (self.variant,) if self.variant else ("", *self.rig.variants)
+        return (replace(self, variant=name) for name in names)
 
 
 def by_curve() -> dict[str, ByCurve]:
@@ -143,12 +153,16 @@ def by_curve() -> dict[str, ByCurve]:
 
 
 def by_surface() -> dict[str, BySurface]:
-    """Rigs and their variants that tell of seed on seed, by name, in their order: along
-    the first one's reading the design is laid, the others are simulated over the same
-    design."""
-    told = (one for one in _told() if isinstance(one, BySurface))
+    """Rigs and their variants that tell of seed on seed, by name, in their order, those
+    last that tell of it in a variant only: along the first one's reading the design is
+    laid, the others are simulated over the same design."""
+    told = [one for one in _told() if isinstance(one, BySurface)]
+    told.sort(key=lambda one: bool(one.variant))
     return {one.name: one for rig in told for one in rig.all_variants()}
 
 
 def _told() -> Iterator[Reading]:
-    return (rig.part("tells") for rig in RIGS.values() if rig.tells)
+    """What rigs tell: one thing each, or several."""
+    for rig in RIGS.values():
+        told = rig.part("tells") if rig.tells else ()
+        yield from told if isinstance(told, tuple) else (told,)

@@ -68,7 +68,7 @@ def diagnose_bench(
     findings, used, refused = {}, {}, {}
     rigs = dict.fromkeys((*RIGS, *(e.rig for e in entries if e.rig)))
     for number, rig in enumerate(rig for rig in rigs if not only or rig in only):
-        here = [e for e in entries if e.rig == rig and not e.trouble]
+        here = [e for e in entries if e.rig == rig and not (e.trouble or e.aside)]
         if not here:
             continue
         rng = np.random.default_rng([seed, number])
@@ -87,7 +87,7 @@ def diagnose_bench(
         if len(f.recordings) == 1
     )
     said = tuple(dict.fromkeys(trouble))
-    notes = (*notes, *_sds_not_used(entries, tuple(used)))
+    notes = (*notes, *_sds_not_used(entries, tuple(used)), *_aside(entries))
     return Diagnosis(observed.folder, findings, used, refused, said, notes, took, seed)
 
 
@@ -99,6 +99,15 @@ def _used(observed: Observed, rig: str, here: list[Listed]) -> list[Recording]:
         for entry in observed.entries
         if isinstance(entry, Recording) and entry.rig == rig and entry.id in names
     ]
+
+
+def _aside(entries: list[Listed]) -> list[str]:
+    """Recordings that are left aside, one line for all of them with one reason."""
+    found: dict[str, list[str]] = {}
+    for entry in entries:
+        if entry.aside:
+            found.setdefault(entry.aside, []).append(entry.recording)
+    return [f"{', '.join(who)}: {why}" for why, who in found.items()]
 
 
 def _sds_not_used(entries: list[Listed], only: tuple[str, ...]) -> list[str]:

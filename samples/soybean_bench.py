@@ -1,6 +1,7 @@
 """A whole bench of one lot of soybeans, samples/soybean-bench: drops, slides, rolls
-both ways and weighed piles, made by the twin with parameters that the recordings do not
-state, and with something concealed in them.
+both ways, weighed piles, and drops and slides on a plate of seeds, made by the twin
+with parameters that the recordings do not state, and with something concealed in
+them.
 
     .venv/bin/python samples/soybean_bench.py samples/soybean-bench
 
@@ -24,7 +25,7 @@ from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
 
 TRUTH = {"restitution": 0.52, "static_friction": 0.36, "rolling_friction": 0.032}
-ON_SEED = {
+OF_SEEDS = {
     "seed_restitution": 0.58,
     "seed_static_friction": 0.50,
     "seed_rolling_friction": 0.045,
@@ -57,6 +58,22 @@ RIGS = {
         "slab": True,
     },
 }
+COVERAGE = 0.78  # of the plate of seeds, and of two cards
+ON_SEEDS = {
+    "seed-drop-01": {"drop": {"plate": "seeds", "height_mm": 310.0, "drops": 40}},
+    **{
+        f"seed-slide-{k:02d}": {
+            "slide": {
+                "plate": "seeds",
+                "card_mm": [25, 25],
+                "tilt_rate_deg_s": 2.0,
+                "slides": 15,
+            }
+        }
+        for k in (1, 2)
+    },
+}
+READ_TO = {"rebound_height_mm": 1.0, "slide_angle_deg": 0.5}
 CONCEALED = {"roll": {"slope_deg": SLOPE_DEG, "axis_sd_deg": 1.0}}
 FPS = {"drop": 1000.0, "slide": 100.0, "roll": 200.0}
 COUNT = {"drop": 8, "slide": 5, "roll": 8, "pile": 10}
@@ -88,6 +105,9 @@ def make(folder: Path) -> None:
                     made / name, _job(rig, k).run(Path(scratch) / name, threads=1), rng
                 )
                 print(name, flush=True)
+        for name in ON_SEEDS:
+            _write_readings(made / name, _job_on_seeds(name).run(Path(scratch) / name))
+            print(name, flush=True)
         conceal(
             made,
             {
@@ -95,7 +115,7 @@ def make(folder: Path) -> None:
                 "effect": "slope",
                 "parameter": SLOPE_DEG,
                 "unit": "deg",
-                "parameters": TRUTH | ON_SEED,
+                "parameters": TRUTH | OF_SEEDS,
             },
         )
         shutil.rmtree(folder, ignore_errors=True)
@@ -142,11 +162,40 @@ def _job(rig: str, k: int) -> Job:
     )
     return Job(
         rig,
-        Parameters(**values, **ON_SEED),
+        Parameters(**values, **OF_SEEDS),
         description,
         (SEED, COUNT[rig], k),
         rendered=rig == "pile",
     )
+
+
+def _job_on_seeds(name: str) -> Job:
+    """A recording on a plate of seeds."""
+    ((rig, section),) = ON_SEEDS[name].items()
+    number = list(ON_SEEDS).index(name)
+    return Job(
+        rig,
+        Parameters(**TRUTH, **OF_SEEDS),
+        {rig: section | {"coverage": COVERAGE}, "seed": LOT},
+        (SEED, sum(COUNT.values()), number),
+        rendered=False,
+    )
+
+
+def _write_readings(folder: Path, run) -> None:
+    """A recording as somebody would have read it off; nobody reads a rise of nothing.
+    How often it was done is what the rows say."""
+    folder.mkdir()
+    section = ON_SEEDS[folder.name][run.rig]
+    stated = {k: v for k, v in section.items() if k not in ("drops", "slides")}
+    told = {"rig": run.rig, run.rig: stated | {"coverage": COVERAGE}}
+    table = pd.read_csv(run.path / "readings.csv")
+    for column, step in READ_TO.items():
+        if column in table:
+            read = step * (table[column] / step).round()
+            table[column] = read.clip(lower=step)
+    table.to_csv(folder / "readings.csv", index=False)
+    (folder / "recording.toml").write_text(tomli_w.dumps(told), encoding="utf8")
 
 
 def _write(folder: Path, run, rng: np.random.Generator) -> None:

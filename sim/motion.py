@@ -13,9 +13,9 @@ from benchtwin.sim.seed.surface import Mesh
 class Part:
     """A piece of the rig as a camera sees it.
 
-    mesh: its surface in its own frame [m]. finish: "steel" (bright, plain) or "board"
-    (dark, matt). poses: (1, 7) if it stands still, else (frames, 7): position [m] and
-    unit quaternion (w, x, y, z) at each moment."""
+    mesh: its surface in its own frame [m]. finish: "steel" (bright, plain), "board"
+    (dark, matt) or "seed". poses: (1, 7) if it stands still, else (frames, 7): position
+    [m] and unit quaternion (w, x, y, z) at each moment."""
 
     name: str
     mesh: Mesh
@@ -39,8 +39,9 @@ class Motion:
     spins_rad_s (frames, seeds, 3), world axes, from which the blur of an exposure
     follows. A seed that has left the rig has NaN. x to the right in the picture, y away
     from the camera, z up. truth: what the simulation knows of the quantities that the
-    rig is read for, in their bench units. series: further columns, one value a frame
-    (tilt_deg …)."""
+    rig is read for, in their bench units; readings: what somebody would have read off,
+    one value a repeat, by column of readings.csv. series: further columns, one value a
+    frame (tilt_deg …)."""
 
     t_s: np.ndarray
     shapes: tuple[Seed, ...]
@@ -52,6 +53,7 @@ class Motion:
     parts: tuple[Part, ...] = ()
     truth: dict[str, float] = field(default_factory=dict)
     series: dict[str, np.ndarray] = field(default_factory=dict)
+    readings: dict[str, list[float]] = field(default_factory=dict)
 
     @property
     def frames(self) -> int:

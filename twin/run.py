@@ -92,7 +92,7 @@ def simulate(
     )
     with new_folder(out) as part:
         told = replace(told, id=out.name, path=part)
-        if rendered:
+        if rendered and setup_of(recording).filmed:
             kind = write.pictures(motion, told, part, rng, watch)
         else:
             kind = write.numbers(motion, told, part)

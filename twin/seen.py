@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchtwin.bench.rigs import rigs_in_words
+from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.measure.observed import Observed as Observed
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
@@ -28,7 +28,7 @@ def no_rows() -> np.ndarray:
 @dataclass(frozen=True)
 class Listed:
     """One recording of a folder before anything is read of it: trouble says why nothing
-    can be, "" when it can."""
+    can be, aside why nothing is, "" when it is."""
 
     recording: str
     rig: str
@@ -36,6 +36,7 @@ class Listed:
     session: str
     trouble: str = ""
     notes: tuple[str, ...] = ()
+    aside: str = ""
 
 
 def listed(folder: Path | Observed) -> list[Listed]:
@@ -56,17 +57,26 @@ def _entry(entry: Recording | MeasurementError, told: Mapping[str, str]) -> List
         entry.session or "",
         trouble,
         (*filter(None, [told.get(entry.id, "")]), *entry.sds_beyond_belief()),
+        not_diagnosed(entry),
     )
 
 
+def not_diagnosed(recording: Recording) -> str:
+    """Why a diagnosis leaves out a rig that is built as this one; ""."""
+    if recording.rig is None:
+        return ""
+    return RIGS[recording.rig].not_diagnosed.get(recording.variant, "")
+
+
 def entries_of(folder: Path | Observed, rig: str) -> Observed:
-    """Recordings of one rig under `folder`, and what could not be read at all.
-    FileNotFoundError without a folder."""
+    """Recordings of one rig under `folder` that a diagnosis judges, and what could not
+    be read at all. FileNotFoundError without a folder."""
     observed = Observed.under(folder)
     return observed.only(
         entry
         for entry in observed.entries
-        if isinstance(entry, MeasurementError) or entry.rig == rig
+        if isinstance(entry, MeasurementError)
+        or (entry.rig == rig and not not_diagnosed(entry))
     )
 
 

@@ -35,14 +35,14 @@ class Setup:
     soft_pa: shear modulus to which seeds are softened; step: of the Rayleigh time
     (benchmarks/modulus.py, docs/engine.md: what these change and save). many: a heap or
     bed of seeds, simulated on several threads, all of it in the picture at the end;
-    photographed: a photo of what is at rest in the place of a film. begins: whether a
-    run can begin with a heap that lies there. one_seed: the recording states the very
-    seed, not the lot. in_lammps: whether LAMMPS has all of
-    its walls. truth: what the simulation knows, as
-    columns of readings.csv; (): a track, on a line where it is `straight`. fitting:
-    completes or refuses what a recording states of it (ValueError); besides: keys of
-    no field, for `fitting` or measuring to read; aimed: its own camera for a recording;
-    variant: another setup for some recordings."""
+    photographed: a photo of what is at rest in the place of a film; filmed: whether
+    there is anything to show, else only what the simulation knows is written. begins:
+    whether a run can begin with a heap that lies there. one_seed: the recording states
+    the very seed, not the lot. in_lammps: whether LAMMPS has all of its walls. truth:
+    what the simulation knows, as columns of readings.csv; (): a track, on a line where
+    it is `straight`. fitting: completes or refuses what a recording states of it
+    (ValueError); besides: keys of no field, for `fitting` or measuring to read; aimed:
+    its own camera for a recording; variant: another setup for some recordings."""
 
     describe: type
     run: Callable
@@ -53,6 +53,7 @@ class Setup:
     step: float = 0.2
     many: bool = False
     photographed: bool = False
+    filmed: bool = True
     begins: bool = False
     one_seed: bool = False
     straight: bool = False

@@ -75,7 +75,7 @@ def numbers(motion: Motion, recording: Recording, folder: Path) -> str:
     simulation knows, for a pile the angles of the true outline."""
     setup = setup_of(recording)
     if setup.truth:
-        known = {name: [motion.truth[name]] for name in setup.truth}
+        known = {name: [motion.truth[name]] for name in setup.truth} | motion.readings
         pd.DataFrame(known).to_csv(folder / "readings.csv", index=False)
         return STRAIGHT
     x, z = 1e3 * motion.positions_m[:, 0, 0], 1e3 * motion.positions_m[:, 0, 2]

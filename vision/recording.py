@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import tomli_w
 
 from benchtwin.bench.keys import Air, Camera, Reading, Seed, Tracking
-from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.rigs import RIGS, variant_of
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
@@ -75,6 +75,15 @@ class _Recording:
         """Where a missing key would have to be written."""
         folder = self.path if self.path.is_dir() else self.path.parent
         return folder / "recording.toml"
+
+    @property
+    def variant(self) -> str:
+        """The name under which `simulate` knows its rig as it is built; "" without a
+        rig."""
+        if self.rig is None:
+            return ""
+        section = getattr(self, self.rig).model_dump(exclude_none=True)
+        return variant_of(self.rig, {self.rig: section})
 
     @property
     def scale_sd(self) -> float:

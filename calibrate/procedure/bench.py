@@ -116,8 +116,10 @@ def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> 
 
 def _by_name(seen: list[RecordingReadings]) -> dict[str, list[RecordingReadings]]:
     """Recordings by the rig that they are evidence of: a variant stands beside its rig
-    where both were read, else in its place."""
-    plain = {s.rig for s in seen if s.readings.size and _variant(s) == s.rig}
+    where both were read, else in its place; never in that of seed on steel."""
+    plain = set(STEEL) | {
+        s.rig for s in seen if s.readings.size and _variant(s) == s.rig
+    }
     apart: dict[str, list[RecordingReadings]] = {}
     for s in seen:
         apart.setdefault(_variant(s) if s.rig in plain else s.rig, []).append(s)
@@ -132,7 +134,8 @@ def _variant(s: RecordingReadings) -> str:
 def missing(bench: Bench) -> dict[str, str]:
     """Rigs without a reading, with what that costs and why."""
     costs = {n: f"{rig.parameter} is" for n, rig in STEEL.items()}
-    costs[PILE.name] = "the seed–seed parameters are"
+    if not bench.rigs.keys() & BESIDE.keys():
+        costs[PILE.name] = "the seed–seed parameters are"
     why = {n: "; ".join(w for _, rig, w in bench.trouble if rig == n) for n in costs}
     return {
         n: f"no {n} recording was measured, so {cost} not calibrated"

@@ -9,6 +9,7 @@ from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.observed import (
     PileObservables,
     correlation_of,
+    scatter_apart,
     surrogate_of,
 )
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE
@@ -27,7 +28,7 @@ def recorded_tests(name: str, seen: PileObservables) -> list[BenchTest]:
     same recordings, and this one does not."""
     rig = PILE if name == PILE.name else BESIDE[name]
     surrogates = seen.surrogates
-    tests = [_more(rig, surrogates, seen.correlation)]
+    tests = [_more(rig, surrogates, seen.correlation, seen.runs)]
     steel = _steel_of(seen, surrogates)
     # weights of a slice are not the bench's
     for column in (*rig.rig.readings, *(rig.rig.weighed if seen.alike else ())):
@@ -59,17 +60,25 @@ def unrecorded_test(
         if (through := surrogate_of(runs, column, box, steel)) is not None:
             surrogates.append(through[0])
             errors[column] = through[1]
-    return _more(rig, surrogates, correlation_of(errors)) if surrogates else None
+    if not surrogates:
+        return None
+    return _more(rig, surrogates, correlation_of(errors), runs)
 
 
 def _more(
-    rig: BySurface, surrogates: Sequence[Surrogate], correlation: pd.DataFrame
+    rig: BySurface,
+    surrogates: Sequence[Surrogate],
+    correlation: pd.DataFrame,
+    simulated: pd.DataFrame,
 ) -> BenchTest:
-    sd = np.array([s.noise_sd for s in surrogates])
-    scatter = np.outer(sd, sd) * correlation.to_numpy()
     runs = max(int(MINUTES // rig.minutes), 1)
-    name, minutes = f"{runs} more {rig.in_plural}", runs * rig.minutes
-    return BenchTest(name, tuple(surrogates), scatter / runs, runs, minutes)
+    apart = np.array([scatter_apart(s, simulated, rig) for s in surrogates])
+    readings = runs * rig.per_run
+    sd = np.sqrt(apart[:, 0] ** 2 + apart[:, 1] ** 2 / readings)
+    noise = np.outer(sd, sd) * correlation.to_numpy()
+    how = f", as docs/{rig.page} says" if rig.page else ""
+    name = f"{readings} more {rig.in_plural}{how}"
+    return BenchTest(name, tuple(surrogates), noise, readings, runs * rig.minutes)
 
 
 def next_tests(
@@ -85,7 +94,7 @@ def next_tests(
     tests = [
         test
         for test in (*own, *others)
-        if all(set(s.box.names) <= known for s in test.surrogates)
+        if all(set(s.box.names) <= known | set(test.believed) for s in test.surrogates)
     ]
     return what_next(posterior, tests, of) if tests else pd.DataFrame()
 

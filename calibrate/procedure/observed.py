@@ -98,6 +98,8 @@ def observed(
             continue
         own, name = column == rig.response, f"{rig.name}: {column}"
         surrogate, residuals = through
+        recorded = max(int((readings.recordings.get("n", pd.Series()) > 0).sum()), 1)
+        alike_sd = scatter_apart(surrogate, piles, rig)[0] / np.sqrt(recorded)
         try:
             mean = pooled_mean(
                 values,
@@ -106,7 +108,7 @@ def observed(
                 df=surrogate.noise_df,
                 pooled=alike,
                 reading_sd=readings.reading_sd if own else 0.0,
-                shared_sd=readings.shared_sd if own else 0.0,
+                shared_sd=float(np.hypot(readings.shared_sd, alike_sd)) if own else 0.0,
             )
         except ValueError as error:
             notes.append(f"not used in the posterior: {error}")
@@ -121,6 +123,19 @@ def observed(
         runs=piles,
         alike=alike,
     )
+
+
+def scatter_apart(
+    surrogate: Surrogate, runs: pd.DataFrame, rig: BySurface
+) -> tuple[float, float]:
+    """What the scatter of single runs is made of, where each is a mean of several
+    readings: sd between runs (the card, the bed), and sd of a reading within one; none
+    and all of it where runs do not show it."""
+    if rig.within not in runs:
+        return 0.0, surrogate.noise_sd * float(np.sqrt(rig.per_run))
+    within = float(np.sqrt((runs[rig.within] ** 2).mean()))
+    between = surrogate.noise_sd**2 - within**2 / rig.per_run
+    return float(np.sqrt(max(between, 0.0))), within
 
 
 def _read(

@@ -87,7 +87,7 @@ class PileStage:
 
     def _run(self, values: dict[str, float], packing: int) -> Run:
         name, described = self.rig.rig.name, self.description
-        keys = {n: values.pop(n) for n in self.left_open}
+        keys = {n.rpartition(".")[2]: values.pop(n) for n in self.left_open}
         if keys:
             described = described | {name: described.get(name, {}) | keys}
         rng = seed_numbers(self.seed, self.rig.name, packing)

@@ -126,10 +126,13 @@ def _wider(stage: PileStage, seen: PileObservables) -> Box | None:
 
 
 def _left_open(stage: PileStage) -> list[str]:
+    name = stage.rig.rig.name
+    stated = stage.description.get(name, {})
     return [
-        f"[{stage.rig.name}] {key} is not stated: {of.mean:g} ± {of.sd:g} is believed,"
-        " which widens the intervals; measure and state it"
-        for key, of in stage.left_open.items()
+        f"[{name}] {key} is not stated: {of.mean:g} ± {of.sd:g} is believed, which"
+        " widens the intervals; measure and state it"
+        for factor, of in stage.left_open.items()
+        if (key := factor.rpartition(".")[2]) not in stated
     ]
 
 
@@ -138,15 +141,17 @@ def too_scattered(
 ) -> tuple[str, ...]:
     """A finding where the bench's piles scatter more than simulated ones of one packing
     after another can (F test)."""
-    noise = seen.surrogates[0]
-    own = float(values.std(ddof=1)) if values.size > 1 else 0.0
-    ratio = own**2 / noise.noise_sd**2
+    noise, own = seen.surrogates[0], 0.0
+    single = noise.noise_sd * float(np.sqrt(rig.per_run))
+    if values.size > 1:
+        own = float(values.std(ddof=1))
+    ratio = own**2 / single**2
     if not own or stats.f.sf(ratio, values.size - 1, noise.noise_df) >= alpha:
         return ()
     unit = with_unit(rig.unit)
     return (
         f"finding for diagnosis: the bench's {rig.in_plural} scatter by"
-        f" {own:.2g}{unit}, simulated ones by {noise.noise_sd:.2g}{unit}: recordings"
+        f" {own:.2g}{unit}, simulated ones by {single:.2g}{unit}: recordings"
         " contradict one another, or the bench has something that the simulation has"
         " not",
     )
@@ -182,9 +187,10 @@ def add_piles(
     ended = "they were still shrinking when no more were allowed"
     if settled:
         ended = "then they shrank no more"
+    readings = added * stage.rig.per_run
     return done, [
-        f"{added} {stage.rig.in_plural} more than the design's, where they tell most:"
-        f" the intervals of the seed–seed parameters came to"
+        f"{readings} {stage.rig.in_plural} more than the design's, where they tell"
+        f" most: the intervals of the seed–seed parameters came to"
         f" {widths[-1] / widths[0]:.0%} of their width; {ended}"
     ]
 

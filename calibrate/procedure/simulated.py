@@ -11,7 +11,11 @@ import pandas as pd
 from benchtwin.bench.exits import Misuse
 from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.bench import bench_of
-from benchtwin.calibrate.procedure.calibration import Calibration
+from benchtwin.calibrate.procedure.calibration import (
+    CALIBRATED,
+    Calibration,
+    parameters,
+)
 from benchtwin.calibrate.procedure.check import check_seeds, check_steel
 from benchtwin.calibrate.procedure.effort import FULL, Effort
 from benchtwin.calibrate.procedure.next_tests import unrecorded_test
@@ -23,6 +27,7 @@ from benchtwin.calibrate.procedure.rigs import (
     PARAMETERS,
     PILE,
     RANGES,
+    SEED_FACTORS,
     SEED_LIMITS,
     STEEL,
 )
@@ -138,7 +143,7 @@ def calibrate_simulated(
     if bench.seed.get("seed", {}).get("lot"):
         say("does the seeds' shape matter?")
         found = compare_shapes(found, way)
-    return replace(_noted(found), finished=True)
+    return replace(_noted(found).saying(*_what_else(found, way)), finished=True)
 
 
 def checked_ranges(
@@ -210,7 +215,9 @@ def seed_stage(found: Calibration, rig: BySurface, way: Way) -> PileStage:
         rig=rig,
     )
     # a bench that records one will state all that its page of docs asks for
-    return stage.varying(rig.left_open(section) if readings is not None else {})
+    will_state = {} if readings is not None else rig.usual
+    known = readings is not None or bool(will_state)
+    return stage.varying(rig.left_open({**will_state, **section}) if known else {})
 
 
 def seed_rig(found: Calibration, name: str, way: Way) -> Calibration:
@@ -240,7 +247,8 @@ def unrecorded(found: Calibration, way: Way) -> tuple[BenchTest, ...]:
             runs = simulate_design(stage)
         except SimulationFailed:
             continue
-        tests.append(unrecorded_test(stage.rig, runs, stage.box, stage.steel))
+        test = unrecorded_test(stage.rig, runs, stage.box, stage.steel)
+        tests.append(test and replace(test, believed=stage.left_open))
     return tuple(test for test in tests if test is not None)
 
 
@@ -300,6 +308,22 @@ def _described(found: Calibration, rig: dict) -> dict:
     seed = lot.get("seed", {}) | rig.get("seed", {})
     air = {"air": lot["air"]} if "air" in lot else {}
     return {**rig, **({"seed": seed} if seed else {}), **air}
+
+
+def _what_else(found: Calibration, way: Way) -> list[str]:
+    """How to learn which test that the bench has none of would settle what is open."""
+    rows = parameters(found).itertuples() if found.seeds else ()
+    left = [
+        r.parameter
+        for r in rows
+        if r.parameter in SEED_FACTORS and r.status != CALIBRATED
+    ]
+    if way.effort.unrecorded or not left:
+        return []
+    return [
+        f"{' and '.join(left)}: --next-test simulates the tests that this bench has"
+        " none of, and says what each would leave"
+    ]
 
 
 def _noted(found: Calibration) -> Calibration:

@@ -1,9 +1,10 @@
 """Which test to run next: what it would leave of the parameters, from the posterior's
 draws, before anything is measured."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -11,17 +12,28 @@ import pandas as pd
 from benchtwin.calibrate.statistics.posterior import Posterior, Surrogate
 
 
+class Normal(Protocol):
+    """What is believed of a factor."""
+
+    @property
+    def mean(self) -> float: ...
+    @property
+    def sd(self) -> float: ...
+
+
 @dataclass(frozen=True, eq=False)
 class BenchTest:
     """A test that the bench may run. surrogates: of the m things that it shows; noise:
     (m, m) covariance of the means of all its runs about them; runs, and the minutes
-    that these take at the bench (0: what is recorded already is read again)."""
+    that these take at the bench (0: what is recorded already is read again). believed:
+    factors of which there are no draws, with mean and sd of each."""
 
     name: str
     surrogates: tuple[Surrogate, ...]
     noise: np.ndarray
     runs: int
     minutes: float
+    believed: Mapping[str, Normal] = field(default_factory=dict)
 
 
 def what_next(
@@ -61,6 +73,13 @@ def what_next(
 def _shown(test: BenchTest, posterior: Posterior) -> tuple[np.ndarray, np.ndarray]:
     """What the test would show at the draws (n, m), and its noise (m, m)."""
     draws = posterior.draws
+    draws = draws.assign(
+        **{
+            name: of.mean + of.sd * np.random.default_rng(k).normal(size=len(draws))
+            for k, (name, of) in enumerate(test.believed.items())
+            if name not in draws
+        }
+    )
     wanted = {n for s in test.surrogates for n in s.box.names}
     if unknown := sorted(wanted - set(draws.columns)):
         said = f"{test.name} depends on {', '.join(unknown)}"

@@ -25,4 +25,6 @@ TELLS = BySurface(
     shown=lambda stated: {},
     not_seen=("true_stayed", "true_sd_mm", "true_first_rebound_mm"),
     minutes=4.0,  # ten drops
+    per_run=Bed().drops,
+    within="true_sd_mm",
 )

@@ -3,6 +3,8 @@
 from benchtwin.bench.rig import Rig
 from benchtwin.rigs.drop.keys import Drop
 
+ON_SEEDS = "seed-drop"  # the variant on a plate of seeds
+
 RIG = Rig(
     name="drop",
     what="a seed falls on a plate",
@@ -29,6 +31,10 @@ RIG = Rig(
             " mm)?",
         ),
     ),
+    variants={ON_SEEDS: {"drop": {"plate": "seeds"}}},
+    not_diagnosed={
+        ON_SEEDS: "a diagnosis does not judge plates of seeds yet; a calibration does"
+    },
     own_parameters=True,
     observe=".observe:observe_drop",
     derive=".equation:restitution",

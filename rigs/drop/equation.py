@@ -2,6 +2,7 @@
 
 import math
 
+from benchtwin.rigs.drop.on_seeds import apparent_restitution
 from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
 from benchtwin.vision.recording import Recording
 
@@ -10,6 +11,8 @@ LEAST_REBOUND = 2e-3  # of the height; e below 0.045 was hardly read in millimet
 
 def restitution(recording: Recording, read: Summary, common: float) -> Derived:
     """common: sd of the mean rebound [mm] that repeats do not reduce."""
+    if recording.drop.plate:
+        return apparent_restitution(recording, read, common)
     height = recording.drop.height_mm
     if height is None:
         missing = "[drop] height_mm is missing; without it no restitution (Eq. 1)"

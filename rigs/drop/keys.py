@@ -7,6 +7,7 @@ from pydantic import Field
 from benchtwin.bench.priors import stated_sd, usable_sd
 from benchtwin.bench.section import (
     FROM_LIST,
+    Coverage,
     Finite,
     FourNumbers,
     Length,
@@ -40,6 +41,16 @@ class Drop(Section):
     """How long the film runs before the release."""
     tilt_deg: Annotated[float, Field(gt=-15, lt=15)] | None = None
     """Tilt of the plate, falling towards +x."""
+    plate: Literal["seeds"] | None = None
+    """ "seeds": what it falls on is seeds of its own lot, glued down in one layer.
+    Absent: a smooth plate."""
+    coverage: Coverage | None = None
+    """Share of a plate of seeds that they cover, seen from above. Absent: as people lay
+    them."""
+    coverage_sd: NotNegative | None = None
+    """sd of coverage; absent: 0.01, as of a count."""
+    drops: Annotated[int, Field(ge=1, le=1000)] | None = None
+    """How many seeds fall on each simulated plate of seeds."""
     impacts_added_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None
     """Moments in the sound at which an impact was not found."""
     impacts_struck_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None

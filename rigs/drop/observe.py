@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchtwin.rigs.drop.measure import QUANTITIES, Rebound, measure_drop
+from benchtwin.rigs.drop.on_seeds import observe_on_seeds
 from benchtwin.rigs.drop.read import as_it_fell
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
@@ -44,6 +45,8 @@ def observe_drop(
 ) -> Observation:
     """Measure a drop of any evidence; quantities that cannot be measured are failed,
     with the reason. options: of piles, not used."""
+    if recording.drop.plate:
+        return observe_on_seeds(recording, progress)
     if recording.evidence == "impacts.csv":
         return _observe_impacts(recording)
     if recording.evidence == "sound":

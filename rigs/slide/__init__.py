@@ -3,6 +3,8 @@
 from benchtwin.bench.rig import Rig
 from benchtwin.rigs.slide.keys import Slide
 
+ON_SEEDS = "seed-slide"  # the variant on a plate of seeds
+
 RIG = Rig(
     name="slide",
     what="a plate is raised",
@@ -21,6 +23,10 @@ RIG = Rig(
     ),
     corrected_in=("reading", "track"),
     per_recording=("start_deg",),
+    variants={ON_SEEDS: {"slide": {"plate": "seeds"}}},
+    not_diagnosed={
+        ON_SEEDS: "a diagnosis does not judge plates of seeds yet; a calibration does"
+    },
     own_parameters=True,
     observe=".observe:observe_slide",
     derive=".equation:static_friction",

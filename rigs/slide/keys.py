@@ -1,10 +1,16 @@
 """[slide] of recording.toml."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from benchtwin.bench.section import Length, Section, TwoLengths
+from benchtwin.bench.section import (
+    Coverage,
+    Length,
+    NotNegative,
+    Section,
+    TwoLengths,
+)
 
 
 class Slide(Section):
@@ -23,3 +29,15 @@ class Slide(Section):
     """Where the seeds lie at first, from the hinge."""
     start_deg: Annotated[float, Field(ge=0, lt=80)] | None = None
     """Angle of the plate when the recording begins."""
+    plate: Literal["seeds"] | None = None
+    """ "seeds": a card with seeds glued to its underside slides on a plate of seeds of
+    the same lot, glued down in one layer. Absent: a smooth plate."""
+    coverage: Coverage | None = None
+    """Share of a plate of seeds, and of the card, that seeds cover, seen from above.
+    Absent: as people lay them."""
+    coverage_sd: NotNegative | None = None
+    """sd of coverage; absent: 0.01, as of a count."""
+    card_mm: TwoLengths | None = None
+    """Length, along the plate, and width of the card on a plate of seeds."""
+    slides: Annotated[int, Field(ge=1, le=1000)] | None = None
+    """How often the card slides on each simulated plate of seeds."""

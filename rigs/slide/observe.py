@@ -3,6 +3,7 @@
 import numpy as np
 
 from benchtwin.rigs.slide.measure import Slide, measure_slide
+from benchtwin.rigs.slide.on_seeds import observe_on_seeds
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.measurement import Observation
 from benchtwin.vision.motion.of_recording import (
@@ -25,6 +26,8 @@ def observe_slide(
 ) -> Observation:
     """Friction of a slide; quantities that cannot be measured are failed, with the
     reason. options: of piles, not used."""
+    if recording.slide.plate:
+        return observe_on_seeds(recording, progress)
     need_track(recording)
     if recording.evidence in TABLES:
         read = Tabled(recording, table_track(recording))

@@ -1,9 +1,17 @@
-"""What slides tell a calibration: the static friction of seed on steel."""
+"""What slides tell a calibration: on a smooth plate the static friction of seed on
+steel, on a plate of seeds that of seed on seed."""
 
 import numpy as np
 
-from benchtwin.bench.tells import ByCurve
-from benchtwin.rigs.slide import RIG
+from benchtwin.bench.seed_plate import LAID_BY_HAND, PAGE, open_coverage
+from benchtwin.bench.tells import Believed, ByCurve, BySurface
+from benchtwin.rigs.slide import ON_SEEDS, RIG
+from benchtwin.sim.rigs.seed_slide import SeedSlide
+
+NOTE = (
+    "each simulated plate of seeds is read by the mean of its slides, so that its"
+    " scatter is not that of single slides at the bench"
+)
 
 # how far below the expected onset a simulated plate begins: nothing happens before
 BELOW_DEG = 1.5
@@ -17,13 +25,15 @@ def static_friction(angle_deg: float, slide: dict) -> float | None:
 def begun(slide: dict, friction: float) -> dict:
     """Beginning a little below the onset that this friction gives, unless the start is
     stated."""
+    if slide.get("plate"):
+        return slide
     start = float(np.floor(np.degrees(np.arctan(friction)) - BELOW_DEG))
     return {"start_deg": start} | slide if start > 0 else slide
 
 
 # limits and steps span what seeds on steel can show, with room; the seed's range is the
 # paper's steepest ascent (Table 7), its limits what the simulation still follows
-TELLS = ByCurve(
+ON_STEEL = ByCurve(
     rig=RIG,
     parameter="static_friction",
     degree=1,
@@ -37,4 +47,36 @@ TELLS = ByCurve(
     begun=begun,
     seed_range=(0.20, 0.70),
     seed_limits=(0.02, 1.5),
+)
+
+
+def as_described(
+    stated: dict, width_mm: float | None, fill_mm: float
+) -> tuple[dict, tuple[str, ...]]:
+    """[slide] of the simulations: as the bench states it. A bench reads single slides,
+    so that it is never quite the same."""
+    return {**stated, "slides": SeedSlide().slides}, (NOTE,)
+
+
+def left_open(section: dict) -> dict[str, Believed]:
+    """How densely seeds lie on plate and card."""
+    return open_coverage(RIG.name, section)
+
+
+TELLS = (
+    ON_STEEL,
+    BySurface(
+        rig=RIG,
+        variant=ON_SEEDS,
+        plural="slides on a plate of seeds",
+        simulated=as_described,
+        shown=lambda stated: {},
+        not_seen=("true_sd_deg",),
+        minutes=2.0,  # two slides
+        left_open=left_open,
+        usual={"coverage": LAID_BY_HAND},
+        per_run=SeedSlide().slides,
+        within="true_sd_deg",
+        page=PAGE,
+    ),
 )

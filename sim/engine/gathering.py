@@ -3,6 +3,7 @@ forces, torques and memory out."""
 
 from benchtwin.sim.engine import tiles
 from benchtwin.sim.engine.bodies import FROM_CONTACTS, MASS, V, W, X
+from benchtwin.sim.engine.surfaces import BALL
 from benchtwin.sim.engine.tiles import LANES, STRIDE
 
 # "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check
@@ -163,6 +164,9 @@ def gather_walls(P, s, active, share, meet, rows):
         a, w = s.owner[i], s.prim_wall[p]
         gather_first(P, t, s.ball, s.motion, s.single, i, a)
         gather_wall(P, t, s.ball, s.motion, i, a, meet[t], s.twist[w])
+        if s.prim_kind[p] == BALL:
+            curved = s.prim[p, 9]
+            P[tiles.RADIUS + t] *= curved / (P[tiles.RI + t] + curved)
         P[tiles.SHARE + t] = share[t] if s.shared else 1.0
         gather_numbers(
             P, t, s.material[a] * s.materials + s.wall_material[w], rows, s.table

@@ -1,10 +1,11 @@
-"""Where a ball meets a wall: nearest points on planes, parallelograms, cylinders and
-triangles; and how moving walls move.
+"""Where a ball meets a wall: nearest points on planes, parallelograms, cylinders,
+triangles and balls; and how moving walls move.
 
 A wall is one or more primitives, a row of numbers each: origin p (3), vectors a (3) and
 b (3), radius. plane: p a point, a the unit normal (solid behind it). parallelogram and
 triangle: p a corner, a and b its edges from there. cylinder: p the middle of one end, a
-the axis to the other end, radius; a thin shell, felt from inside and outside."""
+the axis to the other end, radius; a thin shell, felt from inside and outside. ball: p
+its centre, radius; solid."""
 
 import math
 
@@ -12,7 +13,7 @@ from numba import njit
 
 from benchtwin.sim.engine.compiled import INNER, OPTIONS
 
-PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE = range(4)
+PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE, BALL = range(5)
 ROW = 10
 # features of a triangle: face 0, edges 1–3 (from corner 0, 1, 2 onwards), corners 4–6
 FACE = 0
@@ -25,7 +26,8 @@ def nearest(kind, row, x, y, z):
     """Nearest point of one primitive to a ball's centre: unit normal (3) towards the
     ball, distance, feature.
 
-    A plane's distance is negative behind it; all others are felt from both sides.
+    Distances are negative behind a plane and inside a ball; all others are felt from
+    both sides.
     """
     dx, dy, dz = x - row[0], y - row[1], z - row[2]
     if kind == PLANE:
@@ -35,6 +37,8 @@ def nearest(kind, row, x, y, z):
         px, py, pz = _on_cylinder(row, dx, dy, dz)
     elif kind == PARALLELOGRAM:
         px, py, pz = _on_parallelogram(row, dx, dy, dz)
+    elif kind == BALL:
+        px, py, pz = 0.0, 0.0, 0.0
     else:
         px, py, pz, feature = _on_triangle(row, dx, dy, dz)
     nx, ny, nz = dx - px, dy - py, dz - pz
@@ -43,7 +47,8 @@ def nearest(kind, row, x, y, z):
     # run
     if distance < 1e-300:
         return 0.0, 0.0, 1.0, 0.0, feature
-    return nx / distance, ny / distance, nz / distance, distance, feature
+    beyond = distance - row[9] if kind == BALL else distance
+    return nx / distance, ny / distance, nz / distance, beyond, feature
 
 
 @njit(**INNER)
@@ -207,9 +212,9 @@ def moved(row, ref):
             z = row[2] - ref[2] + a * (row[5] - ref[5]) + b * (row[8] - ref[8])
             way2 = max(way2, x * x + y * y + z * z)
     rim = 0.0
-    if row[9] > 0.0:
+    length2 = row[3] * row[3] + row[4] * row[4] + row[5] * row[5]
+    if row[9] > 0.0 and length2 > 0.0:
         dx, dy, dz = row[3] - ref[3], row[4] - ref[4], row[5] - ref[5]
-        length2 = row[3] * row[3] + row[4] * row[4] + row[5] * row[5]
         rim = row[9] * math.sqrt((dx * dx + dy * dy + dz * dz) / length2)
     return math.sqrt(way2) + rim
 

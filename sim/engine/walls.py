@@ -1,5 +1,5 @@
-"""Walls as people describe them: planes, rectangles, cylinders, triangle meshes; fixed,
-sliding or turning."""
+"""Walls as people describe them: planes, rectangles, cylinders, triangle meshes, balls;
+fixed, sliding or turning."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchtwin.sim.engine.surfaces import (
+    BALL,
     CYLINDER,
     PARALLELOGRAM,
     PLANE,
@@ -175,7 +176,31 @@ class Mesh:
         return [TRIANGLE] * len(faces), _rows(p, q - p, r - p), faces
 
 
-Wall = Plane | Rectangle | Cylinder | Mesh
+@dataclass(frozen=True, eq=False)
+class Balls:
+    """Solid balls, as of a seed that is glued down: centres (n, 3) [m] and radii (n,)
+    [m]. Those of one wall share the damping where one seed touches several of them, as
+    balls of one seed do."""
+
+    name: str
+    material: Material
+    centres: np.ndarray = field(repr=False)
+    radii: np.ndarray = field(repr=False)
+    moves: tuple[Slide | Turn, ...] = ()
+
+    def primitives(self) -> Primitives:
+        centres, radii = np.asarray(self.centres, float), np.asarray(self.radii, float)
+        if centres.shape != (len(radii), 3) or not len(radii) or not (radii > 0).all():
+            raise ValueError(
+                f"wall {self.name!r}: centres {centres.shape} and radii {radii.shape}"
+                " must be (n, 3) and (n,), radii > 0"
+            )
+        rows = _rows(centres, np.zeros_like(centres), np.zeros_like(centres))
+        rows[:, 9] = radii
+        return [BALL] * len(radii), rows, np.full((len(radii), 3), -1)
+
+
+Wall = Plane | Rectangle | Cylinder | Mesh | Balls
 
 
 def box(

@@ -9,11 +9,12 @@ from numpy.typing import ArrayLike
 
 from benchtwin.bench.whole_file import whole
 from benchtwin.sim.engine.state import State
-from benchtwin.sim.engine.walls import Cylinder, Mesh, Plane, Rectangle, Wall
+from benchtwin.sim.engine.walls import Balls, Cylinder, Mesh, Plane, Rectangle, Wall
 from benchtwin.sim.engine.world import World
 from benchtwin.sim.ondem import FORMAT, UNITS, VERSION
 from benchtwin.sim.ondem.interactions import Interactions, interactions
 from benchtwin.sim.seed import Seed
+from benchtwin.sim.seed.surface import union_mesh
 
 if TYPE_CHECKING:
     from h5py import Group
@@ -205,6 +206,9 @@ def _owners(world: World) -> np.ndarray:
 def triangles(wall: Wall, faces: np.ndarray) -> np.ndarray:
     """A wall's surface (n, 3, 3) [m]; faces: its rows of `State.prim`."""
     point, a, b = faces[:, :3], faces[:, 3:6], faces[:, 6:9]
+    if isinstance(wall, Balls):
+        mesh = union_mesh(point - point.mean(axis=0), faces[:, 9], level=1)
+        return (point.mean(axis=0) + mesh.vertices_m)[mesh.faces]
     if isinstance(wall, Mesh):
         return np.stack([point, point + a, point + b], axis=1)
     if isinstance(wall, Rectangle):

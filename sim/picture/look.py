@@ -102,8 +102,10 @@ def openness(places_m: Array, reach_m: Array, towards: Array) -> Array:
 
 
 def part_colour(look: Look, finish: str) -> Array:
-    """Colour (3,) [levels] of a part's finish; ValueError for a finish that nobody
-    described."""
+    """Colour (3,) [levels] of a part's finish, "seed" the look's own; ValueError for a
+    finish that nobody described."""
+    if finish == "seed":
+        return levels(look, look.seed)
     if finish not in FINISHES:
         raise ValueError(f"finish = {finish!r}: must be one of {', '.join(FINISHES)}")
     return levels(look, FINISHES[finish])

@@ -2,28 +2,25 @@
 of seed on seed leaves, with friction and the bed's own give averaged over (Beladjine,
 Ammi, Oger & Valance 2007, Phys. Rev. E 75, 061305)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Rectangle, Wall
-from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch, reach
 from benchtwin.sim.rigs.engine import OURS, SETTLED_BED, Engine, Way
 from benchtwin.sim.rigs.filling import Chute, Filled
 from benchtwin.sim.rigs.heap import Vessel, fill
 from benchtwin.sim.rigs.parts import slab
+from benchtwin.sim.rigs.rise import LOOK_S, ONE_IMPACT_S, Rise
 from benchtwin.sim.rotation import any_turn
 from benchtwin.sim.seed import Seed
 
 MIDDLE = 1 / 3  # of the box's length and width: where seeds fall, clear of its walls
-# touches closer than this (one seed of the bed, then the next) are one impact
-ONE_IMPACT_S = 0.02
-LOOK_S = 2e-4
 THICKNESS_M = 3e-3
 STAYED_M = 1e-3  # a rise that nobody sees
 
@@ -72,7 +69,7 @@ def run_bed(
         dropped = _dropped(rig, bench, filled, seed, rng)
         count = len(filled.shape_of) + 1
         frames = Frames(count, fps)
-        fall = Fall(count - 1)
+        fall = Rise(count - 1)
         looks = [Every(LOOK_S, fall)]
         looks += [Every(1 / fps, frames)] if motion is None else []
         world = bench.world(dropped, _walls(rig, bench, 0.0), sleep=bench.sleep)
@@ -98,41 +95,6 @@ def run_bed(
     if rise.size > 1:
         motion.truth["sd_mm"] = float(1e3 * rise.std(ddof=1))
     return motion
-
-
-@dataclass
-class Fall:
-    """An observer that ends the run when the seed `which` has come to its highest place
-    after the first impact. rise_m: from its lowest place in that impact to there.
-
-    A falling seed only gets faster, downwards; when it first does not, it touches."""
-
-    which: int
-    touched_s: float | None = None
-    low_m: float = np.inf
-    high_m: float = -np.inf
-    _before: float = field(default=0.0, repr=False)
-
-    @property
-    def rise_m(self) -> float:
-        """0 where it never rose, or never fell on anything."""
-        return max(self.high_m - self.low_m, 0.0) if self.high_m > -np.inf else 0.0
-
-    def __call__(self, world: World, state: State) -> bool:
-        # rows of the state are in the order of the seeds; none is lost from a box
-        height = float(state.positions[self.which, 2])
-        speed = float(state.velocities[self.which, 2])
-        if self.touched_s is None:
-            if speed > self._before:
-                self.touched_s = state.time_s
-            self._before = speed
-        if self.touched_s is None:
-            return False
-        since = state.time_s - self.touched_s
-        if height < self.low_m and since < ONE_IMPACT_S:
-            self.low_m = self.high_m = height
-        self.high_m = max(self.high_m, height)
-        return since >= ONE_IMPACT_S and speed <= 0
 
 
 def _dropped(

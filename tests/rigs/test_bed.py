@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from benchtwin.measure.observe import observe
-from benchtwin.sim.rigs.bed import Fall
+from benchtwin.sim.rigs.rise import Rise
 from benchtwin.vision.measurement import Observation
 from benchtwin.vision.recording import Recording, read_recording
 
@@ -81,7 +81,7 @@ class Seen:
 def test_the_simulation_sees_how_far_it_rises(back):
     """From 0.15 m onto a floor at 0, back with a share of its speed: h' = e² h; it is
     followed until it has come to its highest place, not longer."""
-    g, fall, ended = G / 1000, Fall(1), None
+    g, fall, ended = G / 1000, Rise(1), None
     struck = np.sqrt(2 * 0.15 / g)
     speed = back * g * struck
     for t in np.arange(0, 1.0, 2e-4):

@@ -130,7 +130,7 @@ def test_which_test_next_is_told_before_it_is_recorded(alone):
     minutes more of heaps leave, and what they are said to leave of the frictions is
     about what they left above."""
     told = alone.joint.next_tests.set_index("test")
-    more = ["4 more heaps", "5 more draw-downs", "5 more drops on beds"]
+    more = ["4 more heaps", "5 more draw-downs", "50 more drops on beds"]
     assert {*more, "4 more drums", "4 more cylinders"} <= set(told.index)
     left = "sd_left_seed_static_friction"
     assert told.loc["5 more draw-downs", left] < 0.7 < told.loc["4 more heaps", left]

@@ -1,0 +1,56 @@
+"""A drop on a plate of seeds: how far the seed rises again. It flies off any way, out
+of the picture's plane too, which its height does not depend on; and what is left of the
+energy is no restitution, which a calibration finds by simulating such drops."""
+
+import math
+
+from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
+from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
+from benchtwin.vision.motion.of_recording import Progress, need_track, seed_of
+from benchtwin.vision.motion.rise import rise_of
+from benchtwin.vision.overlay.plot import plot
+from benchtwin.vision.recording import Recording
+
+HEARD = ("impacts.csv", "sound")
+
+
+def observe_on_seeds(
+    recording: Recording, progress: Progress | None = None
+) -> Observation:
+    """Measure rebound_height [mm] and apparent_restitution; MeasurementError with the
+    reason."""
+    if recording.evidence in HEARD:
+        raise MeasurementError(
+            f"{recording.path}: impacts that were heard do not tell how far a seed rose"
+            " from a plate of seeds: film it, or read the height"
+        )
+    need_track(recording)
+    seen = seed_of(recording, progress, falling=True)
+    rise, sd = rise_of(seen.track, seen.recording)
+    found = [Quantity("rebound_height", rise, sd, "mm")]
+    if (height := recording.drop.height_mm) is not None and rise > 0:
+        e = math.sqrt(rise / height)
+        found.append(Quantity("apparent_restitution", e, e / 2 * sd / rise, "1"))
+    labels = ("t [s]", f"height [{seen.track.unit}]")
+    said = "; ".join(q.in_words for q in found)
+    picture = plot(
+        seen.track.time, seen.track.y, seen.track.outlier, labels=labels, caption=said
+    )
+    return seen.doubted(seen.observation(found, (), {"rise": picture}))
+
+
+def apparent_restitution(recording: Recording, read: Summary, common: float) -> Derived:
+    """e' = √(h'/h) from the mean of h': what is left of the energy. common: sd of the
+    mean [mm] that repeats do not reduce."""
+    height = recording.drop.height_mm
+    if height is None or not read.mean > 0:
+        return Derived()
+    doubt = ""
+    if read.high > height:
+        doubt = f"a rise of {read.high:g} mm is higher than the release at"
+        doubt = f"{doubt} {height:g} mm"
+    e = math.sqrt(read.mean / height)
+    shared = math.hypot(common / read.mean, recording.drop.height_sd / height)
+    own = e / 2 * read.sd_mean / read.mean
+    found = mean_quantity("apparent_restitution", e, own, e / 2 * shared, "1")
+    return Derived((found,), doubts=(doubt,))

@@ -1,0 +1,117 @@
+"""Drops and slides on a plate of seeds: what is read off, what a track tells, and what
+they are never taken for."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.measure.observe import observe
+from benchtwin.twin.seen import entries_of, listed
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import read_recording
+
+G = 9806.65  # mm/s²
+DROP = 'rig = "drop"\n[drop]\nheight_mm = 310\n'
+SLIDE = 'rig = "slide"\n[slide]\n'
+SEEDS = 'plate = "seeds"\ncoverage = 0.78\n'
+CARD = "card_mm = [25, 25]\n"
+
+
+def written(folder, toml: str, table: pd.DataFrame, name: str = "readings.csv"):
+    folder.mkdir(parents=True)
+    (folder / "recording.toml").write_text(toml)
+    table.to_csv(folder / name, index=False)
+    return read_recording(folder)
+
+
+def by_name(recording) -> dict:
+    return {q.name: q for q in observe(recording).quantities}
+
+
+RISES = pd.DataFrame({"rebound_height_mm": [40.0, 60.0, 20.0, 55.0, 30.0]})
+ANGLES = pd.DataFrame({"slide_angle_deg": [40.0, 47.5, 44.0, 38.5]})
+
+
+def test_rises_read_off_give_no_restitution(tmp_path):
+    found = by_name(written(tmp_path / "a", DROP + SEEDS, RISES))
+    assert found["rebound_height"].value == 41.0
+    assert found["apparent_restitution"].value == pytest.approx(np.sqrt(41 / 310))
+    assert "restitution" not in found
+    assert "restitution" in by_name(written(tmp_path / "b", DROP, RISES))
+
+
+def test_angles_read_off_give_no_static_friction(tmp_path):
+    found = by_name(written(tmp_path / "a", SLIDE + SEEDS + CARD, ANGLES))
+    assert found["apparent_friction"].value == pytest.approx(np.tan(np.radians(42.5)))
+    assert "static_friction" not in found and not found["slide_angle"].reason
+    bare = by_name(written(tmp_path / "b", SLIDE + SEEDS, ANGLES))
+    assert "card_mm is not stated" in bare["slide_angle"].reason
+
+
+@pytest.mark.parametrize("rise", [15.0, 60.0])
+def test_a_track_tells_how_far_it_rises(tmp_path, rise):
+    """Let go from 310 mm, off to the side, 500 rows a second."""
+    fall, up = np.sqrt(2 * 310 / G), np.sqrt(2 * rise / G)
+    t = np.arange(0.0, fall + 1.8 * up, 0.002)
+    after = np.clip(t - fall, 0.0, None)
+    y = np.where(
+        t < fall, 310 - G * t**2 / 2, np.sqrt(2 * G * rise) * after - G * after**2 / 2
+    )
+    noise = np.random.default_rng(1).normal(0.0, 0.1, (2, len(t)))
+    table = pd.DataFrame(
+        {"t_s": t, "x_mm": 300 * after + noise[0], "y_mm": y + noise[1]}
+    )
+    toml = DROP + SEEDS + "[camera]\nmm_per_px = 0.25\n"
+    found = by_name(written(tmp_path / "a", toml, table, "track.csv"))
+    q = found["rebound_height"]
+    assert q.value == pytest.approx(rise, abs=max(4 * q.sd, 0.3))
+    assert set(found) == {"rebound_height", "apparent_restitution"}
+
+
+def test_impacts_that_were_heard_are_refused(tmp_path):
+    heard = pd.DataFrame({"t_s": [0.0, 0.2, 0.35]})
+    recording = written(tmp_path / "a", DROP + SEEDS, heard, "impacts.csv")
+    with pytest.raises(MeasurementError, match="film it, or read the height"):
+        observe(recording)
+
+
+def slide_track(end_mm: float) -> pd.DataFrame:
+    """A card that hops 3 mm at 20°, and slides off from 40° on, 100 mm a second."""
+    t = np.arange(0.0, 22.0, 0.02)
+    x = 3.0 * (t > 10) + np.clip(100 * (t - 20), 0.0, end_mm - 3.0)
+    return pd.DataFrame({"t_s": t, "x_mm": x, "y_mm": 0.0, "tilt_deg": 2 * t})
+
+
+def test_a_track_tells_the_angle_at_which_the_card_had_gone(tmp_path):
+    """20 mm, 17 of them in 0.17 s, in which the plate turns by 0.34°."""
+    toml = SLIDE + SEEDS + CARD + "[camera]\nmm_per_px = 0.25\n"
+    found = by_name(written(tmp_path / "a", toml, slide_track(60.0), "track.csv"))
+    assert found["slide_angle"].value == pytest.approx(40.34, abs=0.02)
+    short = written(tmp_path / "b", toml, slide_track(10.0), "track.csv")
+    with pytest.raises(MeasurementError, match="goes 10 mm, and counts as slid off"):
+        observe(short)
+
+
+def test_another_plate_is_one_sentence(tmp_path):
+    with pytest.raises(MeasurementError, match="plate"):
+        written(tmp_path / "a", DROP + 'plate = "glass"\n', RISES)
+
+
+def test_they_are_never_seed_on_steel(tmp_path):
+    written(tmp_path / "both" / "steel", DROP, RISES)
+    written(tmp_path / "both" / "seeds", DROP + SEEDS, 1.5 * RISES)
+    rigs = bench_of(tmp_path / "both").rigs
+    assert rigs["drop"].values.mean() == 41.0
+    assert rigs["seed-drop"].values.mean() == 61.5
+    written(tmp_path / "alone" / "seeds", SLIDE + SEEDS + CARD, ANGLES)
+    assert set(bench_of(tmp_path / "alone").rigs) == {"seed-slide"}
+
+
+def test_a_diagnosis_says_that_it_does_not_judge_them(tmp_path):
+    written(tmp_path / "b" / "steel", DROP, RISES)
+    written(tmp_path / "b" / "seeds", DROP + SEEDS, RISES)
+    said = {entry.recording: entry.aside for entry in listed(tmp_path / "b")}
+    assert said["steel"] == ""
+    assert "does not judge plates of seeds yet" in said["seeds"]
+    assert [e.id for e in entries_of(tmp_path / "b", "drop").entries] == ["steel"]
