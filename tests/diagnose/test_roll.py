@@ -372,6 +372,7 @@ def test_viscous_rolling_is_in_the_verdict_from_one_incline(viscous):
         pytest.param({"drag": 0.002}, "drag", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_two_inclines_separate_dependence_on_speed_and_place(change, effect):
     """As the class's next recording says."""
     found = diagnosed(
@@ -431,6 +432,7 @@ def test_rails_whose_gap_nobody_stated_make_no_law():
         assert diagnosed(railed, 2, 6).laws
 
 
+@pytest.mark.slow
 def test_ripple_of_the_stated_shape_raises_no_alarm():
     """An ellipse whose centre rises as its stated sizes say, if one rolls it across."""
     found = diagnosed(

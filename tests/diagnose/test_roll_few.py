@@ -78,9 +78,9 @@ def runs(
 @pytest.mark.parametrize(
     ("camera", "slope"),
     [
-        (0, -0.3),
+        pytest.param(0, -0.3, marks=pytest.mark.slow),
         (10, 0.3),
-        (120, -0.3),
+        pytest.param(120, -0.3, marks=pytest.mark.slow),
         *(
             pytest.param(*case, marks=pytest.mark.slow)
             for case in [(0, 0.3), (10, -0.3), (120, 0.3)]

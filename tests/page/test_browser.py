@@ -491,6 +491,7 @@ def calibrated(window, tmp_path_factory):
     shutil.rmtree(left / "diagnosed")
 
 
+@pytest.mark.slow
 def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrated):
     window.go("/bench?b=.&tab=Results")
     window.press("Bench and twin")
@@ -582,6 +583,7 @@ def test_the_list_of_what_to_record_and_the_cards_are_downloaded(window, calibra
     assert not window.troubles()
 
 
+@pytest.mark.slow
 def test_a_film_without_a_rig_asks_what_was_done(window):
     """It is measured as what its motion tells, and one click confirms it."""
     sample = Path(__file__).parents[2] / "samples" / "drawn-bench" / "drop-phone"
@@ -609,9 +611,8 @@ def test_a_film_without_a_rig_asks_what_was_done(window):
     assert "What was done?" not in window.text() and not window.troubles()
 
 
-@pytest.mark.parametrize(
-    "width", [360, *(pytest.param(w, marks=pytest.mark.slow) for w in (390, 768, 1280))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [360, 390, 768, 1280])
 def test_no_page_is_wider_than_the_window(window, calibrated, width):
     """Also with a long name, and the reports that stand in frames."""
     long = window.folder / ("heap_of_mung_beans_after_the_rain_" * 2 + "x")

@@ -15,7 +15,6 @@ from benchtwin.page.form import form, needed
 from benchtwin.page.history import History
 from benchtwin.page.views.keys_form import KeysForm
 
-
 SHARES = {"coverage_sd"}  # which have no unit
 
 

@@ -187,6 +187,7 @@ def test_a_rig_that_gives_nothing_is_named_and_costs_the_others_nothing(tmp_path
     assert said in found.refused["drawdown"] and set(found.seeds) == {"pile"}
 
 
+@pytest.mark.slow
 def test_a_draw_down_without_heaps_tells_by_itself(tmp_path):
     bench = a_bench(tmp_path / "b", "drawdown")
     (bench / "pile" / "readings.csv").unlink()

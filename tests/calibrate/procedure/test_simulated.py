@@ -284,6 +284,7 @@ def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(
     )
 
 
+@pytest.mark.slow
 def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, found):
     class Weighing(StandIn):
         """Piles fill in less the more they rub: seen without the angle's noise."""
@@ -373,6 +374,7 @@ def test_misuse_is_told_before_anything_is_simulated(
     )
 
 
+@pytest.mark.slow
 def test_the_papers_tables_simulated_anew_stand_beside_its_own(
     tmp_path, capsys, few_draws
 ):
