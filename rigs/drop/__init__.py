@@ -37,6 +37,7 @@ RIG = Rig(
     },
     own_parameters=True,
     observe=".observe:observe_drop",
+    refuse=".on_seeds:height_unknown",
     derive=".equation:restitution",
     setup=".simulate:SETUP",
     curve=".read:curve",

@@ -14,6 +14,16 @@ from benchtwin.vision.recording import Recording
 HEARD = ("impacts.csv", "sound")
 
 
+def height_unknown(recording: Recording) -> str:
+    """Why a rise from a plate of seeds tells nothing; "" where it does."""
+    if not recording.drop.plate or recording.drop.height_mm is not None:
+        return ""
+    return (
+        "[drop] height_mm is missing: a seed rises from a plate of seeds by a share of"
+        " its fall"
+    )
+
+
 def observe_on_seeds(
     recording: Recording, progress: Progress | None = None
 ) -> Observation:

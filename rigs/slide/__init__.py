@@ -29,6 +29,7 @@ RIG = Rig(
     },
     own_parameters=True,
     observe=".observe:observe_slide",
+    refuse=".on_seeds:card_unknown",
     derive=".equation:static_friction",
     setup=".simulate:SETUP",
     curve=".read:curve",

@@ -48,8 +48,6 @@ def observe_on_seeds(
     picture = plot(
         seen.track.time, seen.track.x, seen.track.outlier, labels=labels, caption=said
     )
-    doubt = card_unknown(recording)
-    found = [q.doubt(doubt) for q in found]
     return seen.observation(found, (), {"slide": picture})
 
 
@@ -82,16 +80,16 @@ def angle_when_gone(track: Track, recording: Recording) -> float:
 def apparent_friction(recording: Recording, read: Summary, common: float) -> Derived:
     """common: sd of the mean angle [deg] that repeats do not reduce."""
     found = _apparent(read.mean, read.sd_mean, common)
-    return Derived((found,), doubts=(card_unknown(recording),))
+    return Derived((found,))
 
 
 def card_unknown(recording: Recording) -> str:
-    """A doubt where nobody says how large the card is: a larger one slides sooner."""
-    if recording.slide.card_mm is not None:
+    """Why an angle on a plate of seeds tells nothing; "" where it does."""
+    if not recording.slide.plate or recording.slide.card_mm is not None:
         return ""
     return (
-        "[slide] card_mm is not stated: a calibration takes a card of 25 by 25 mm, and"
-        " a larger one slides at a smaller angle"
+        "[slide] card_mm is missing: a larger card slides on a plate of seeds at a"
+        " smaller angle"
     )
 
 

@@ -1,6 +1,8 @@
 """Drops and slides on a plate of seeds: what is read off, what a track tells, and what
 they are never taken for."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -45,8 +47,23 @@ def test_angles_read_off_give_no_static_friction(tmp_path):
     found = by_name(written(tmp_path / "a", SLIDE + SEEDS + CARD, ANGLES))
     assert found["apparent_friction"].value == pytest.approx(np.tan(np.radians(42.5)))
     assert "static_friction" not in found and not found["slide_angle"].reason
-    bare = by_name(written(tmp_path / "b", SLIDE + SEEDS, ANGLES))
-    assert "card_mm is not stated" in bare["slide_angle"].reason
+
+
+@pytest.mark.parametrize(
+    ("toml", "table", "missing"),
+    [
+        ('rig = "drop"\n[drop]\n', RISES, "[drop] height_mm"),
+        (SLIDE, ANGLES, "[slide] card_mm"),
+    ],
+)
+def test_what_a_calibration_would_have_to_guess_is_asked_for(
+    tmp_path, toml, table, missing
+):
+    """The twin has a height and a card of its own: they are not taken for the
+    bench's."""
+    recording = written(tmp_path / "a", toml + SEEDS, table)
+    with pytest.raises(MeasurementError, match=re.escape(f"{missing} is missing")):
+        observe(recording)
 
 
 @pytest.mark.parametrize("rise", [15.0, 60.0])
