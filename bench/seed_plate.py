@@ -1,8 +1,9 @@
 """Plates of seeds, whatever falls or slides on them: what all rigs say of them."""
 
 from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.rig import Rig
 from benchtwin.bench.section import COVERAGE_LIMITS
-from benchtwin.bench.tells import Believed
+from benchtwin.bench.tells import Believed, BySurface
 
 LAID_BY_HAND = 0.78  # share of a plate that seeds cover which people lay side by side
 SDS = 3.0  # to either side, as far as it is simulated
@@ -18,3 +19,37 @@ def open_coverage(rig: str, section: dict) -> dict[str, Believed]:
     least, most = COVERAGE_LIMITS
     ends = max(least, mean - SDS * sd), min(most, mean + SDS * sd)
     return {f"{rig}.coverage": Believed(mean, sd, ends)}
+
+
+def told_on_seeds(rig: Rig, variant: str, per_run: int, minutes: float) -> BySurface:
+    """What a rig tells of seed on seed in its variant on a plate of seeds. per_run: of
+    its readings, all on one card or plate, that one simulated run is the mean of;
+    minutes: that these take at a bench."""
+    many = rig.in_plural  # in words, and the key that says how many are simulated
+    (_, unit), *_ = rig.readings.values()
+
+    def as_described(
+        stated: dict, width_mm: float | None, fill_mm: float
+    ) -> tuple[dict, tuple[str, ...]]:
+        """The section of the simulations: as the bench states it. A bench reads single
+        ones, so that it is never quite the same."""
+        note = (
+            f"each simulated plate of seeds is read by the mean of its {many}, so that"
+            f" its scatter is not that of single {many} at the bench"
+        )
+        return {**stated, many: per_run}, (note,)
+
+    return BySurface(
+        rig=rig,
+        variant=variant,
+        plural=f"{many} on a plate of seeds",
+        simulated=as_described,
+        shown=lambda stated: {},
+        not_seen=(f"true_sd_{unit}",),
+        minutes=minutes,
+        left_open=lambda section: open_coverage(rig.name, section),
+        usual={"coverage": LAID_BY_HAND},
+        per_run=per_run,
+        within=f"true_sd_{unit}",
+        page=PAGE,
+    )

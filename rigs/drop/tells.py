@@ -3,15 +3,10 @@ a plate of seeds that of seed on seed."""
 
 import numpy as np
 
-from benchtwin.bench.seed_plate import LAID_BY_HAND, PAGE, open_coverage
-from benchtwin.bench.tells import Believed, ByCurve, BySurface
+from benchtwin.bench.seed_plate import told_on_seeds
+from benchtwin.bench.tells import ByCurve
 from benchtwin.rigs.drop import ON_SEEDS, RIG
 from benchtwin.sim.rigs.seed_drop import SeedDrop
-
-NOTE = (
-    "each simulated plate of seeds is read by the mean of its drops, so that its"
-    " scatter is not that of single drops at the bench"
-)
 
 
 def restitution(height_mm: float, drop: dict) -> float | None:
@@ -36,34 +31,5 @@ ON_STEEL = ByCurve(
     seed_limits=(0.05, 0.95),
 )
 
-
-def as_described(
-    stated: dict, width_mm: float | None, fill_mm: float
-) -> tuple[dict, tuple[str, ...]]:
-    """[drop] of the simulations: as the bench states it. A bench reads single drops, so
-    that it is never quite the same."""
-    return {**stated, "drops": SeedDrop().drops}, (NOTE,)
-
-
-def left_open(section: dict) -> dict[str, Believed]:
-    """How densely seeds lie on the plate."""
-    return open_coverage(RIG.name, section)
-
-
-TELLS = (
-    ON_STEEL,
-    BySurface(
-        rig=RIG,
-        variant=ON_SEEDS,
-        plural="drops on a plate of seeds",
-        simulated=as_described,
-        shown=lambda stated: {},
-        not_seen=("true_sd_mm",),
-        minutes=5.0,  # ten drops
-        left_open=left_open,
-        usual={"coverage": LAID_BY_HAND},
-        per_run=SeedDrop().drops,
-        within="true_sd_mm",
-        page=PAGE,
-    ),
-)
+# as long as ten drops take, which one simulated run is the mean of
+TELLS = ON_STEEL, told_on_seeds(RIG, ON_SEEDS, SeedDrop().drops, 5.0)

@@ -3,15 +3,10 @@ steel, on a plate of seeds that of seed on seed."""
 
 import numpy as np
 
-from benchtwin.bench.seed_plate import LAID_BY_HAND, PAGE, open_coverage
-from benchtwin.bench.tells import Believed, ByCurve, BySurface
+from benchtwin.bench.seed_plate import told_on_seeds
+from benchtwin.bench.tells import ByCurve
 from benchtwin.rigs.slide import ON_SEEDS, RIG
 from benchtwin.sim.rigs.seed_slide import SeedSlide
-
-NOTE = (
-    "each simulated plate of seeds is read by the mean of its slides, so that its"
-    " scatter is not that of single slides at the bench"
-)
 
 # how far below the expected onset a simulated plate begins: nothing happens before
 BELOW_DEG = 1.5
@@ -49,34 +44,5 @@ ON_STEEL = ByCurve(
     seed_limits=(0.02, 1.5),
 )
 
-
-def as_described(
-    stated: dict, width_mm: float | None, fill_mm: float
-) -> tuple[dict, tuple[str, ...]]:
-    """[slide] of the simulations: as the bench states it. A bench reads single slides,
-    so that it is never quite the same."""
-    return {**stated, "slides": SeedSlide().slides}, (NOTE,)
-
-
-def left_open(section: dict) -> dict[str, Believed]:
-    """How densely seeds lie on plate and card."""
-    return open_coverage(RIG.name, section)
-
-
-TELLS = (
-    ON_STEEL,
-    BySurface(
-        rig=RIG,
-        variant=ON_SEEDS,
-        plural="slides on a plate of seeds",
-        simulated=as_described,
-        shown=lambda stated: {},
-        not_seen=("true_sd_deg",),
-        minutes=2.0,  # two slides
-        left_open=left_open,
-        usual={"coverage": LAID_BY_HAND},
-        per_run=SeedSlide().slides,
-        within="true_sd_deg",
-        page=PAGE,
-    ),
-)
+# as long as two slides take, which one simulated run is the mean of
+TELLS = ON_STEEL, told_on_seeds(RIG, ON_SEEDS, SeedSlide().slides, 2.0)
