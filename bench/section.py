@@ -2,9 +2,10 @@
 ranges."""
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
 SIZE_LIMITS_MM = 0.05, 2000.0  # a grain of sand: 0.5, a basketball: 240
@@ -29,6 +30,20 @@ Frame = Annotated[int, Field(ge=0)]
 Extent = Annotated[int, Field(ge=8, le=65_536)]
 COVERAGE_LIMITS = 0.3, 0.9  # of a plate by one layer: equal circles cover 0.907 at most
 Coverage = Annotated[float, Field(ge=COVERAGE_LIMITS[0], le=COVERAGE_LIMITS[1])]
+
+
+def _of_its_own_lot(plate: object) -> object:
+    """ "seeds"; an error that says why for what else a plate may be of."""
+    if plate == "seeds":
+        return plate
+    raise PydanticCustomError(
+        "plate",
+        'must be "seeds", glued down and of the lot that falls or slides on them: seeds'
+        " of another kind do not tell seed on seed; a smooth plate has no such key",
+    )
+
+
+SeedPlate = Annotated[Literal["seeds"], BeforeValidator(_of_its_own_lot)]
 Share = Annotated[float, Field(ge=0, le=100)]
 PlaceOfFrame = Annotated[tuple[Frame, Finite, Finite], FROM_LIST]
 FourNumbers = Annotated[tuple[Finite, Finite, Finite, Finite], FROM_LIST]

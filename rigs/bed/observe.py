@@ -28,7 +28,8 @@ def observe_bed(
 def measure_rise(track: Track, recording: Recording) -> tuple[Quantity, ...]:
     """The quantities of one fall; a seed that stays rises by 0 mm."""
     doubt, height = doubt_of(recording), recording.bed.height_mm
-    rise, rise_sd = rise_of(track, recording)
+    risen = rise_of(track, recording)
+    rise, rise_sd = risen.rise_mm, risen.sd_mm
     found = [Quantity("bed_rebound", rise, rise_sd, "mm").doubt(doubt)]
     if height is not None and rise > 0:
         e = float(np.sqrt(rise / height))

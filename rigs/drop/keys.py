@@ -13,6 +13,7 @@ from benchtwin.bench.section import (
     Length,
     NotNegative,
     Section,
+    SeedPlate,
     TwoLengths,
     Vector,
 )
@@ -41,7 +42,7 @@ class Drop(Section):
     """How long the film runs before the release."""
     tilt_deg: Annotated[float, Field(gt=-15, lt=15)] | None = None
     """Tilt of the plate, falling towards +x."""
-    plate: Literal["seeds"] | None = None
+    plate: SeedPlate | None = None
     """ "seeds": what it falls on is seeds of its own lot, glued down in one layer.
     Absent: a smooth plate."""
     coverage: Coverage | None = None

@@ -1,6 +1,6 @@
 """[slide] of recording.toml."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -9,6 +9,7 @@ from benchtwin.bench.section import (
     Length,
     NotNegative,
     Section,
+    SeedPlate,
     TwoLengths,
 )
 
@@ -29,7 +30,7 @@ class Slide(Section):
     """Where the seeds lie at first, from the hinge."""
     start_deg: Annotated[float, Field(ge=0, lt=80)] | None = None
     """Angle of the plate when the recording begins."""
-    plate: Literal["seeds"] | None = None
+    plate: SeedPlate | None = None
     """ "seeds": a card with seeds glued to its underside slides on a plate of seeds of
     the same lot, glued down in one layer. Absent: a smooth plate."""
     coverage: Coverage | None = None

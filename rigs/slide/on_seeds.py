@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.seed_plate import LAID_BY_HAND
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
@@ -24,6 +25,7 @@ from benchtwin.vision.motion.track import Track
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.recording import Recording
 
+LEAST_SEEDS = 3  # on a card: it stands on so many
 TRAVEL_MM = 20.0  # it has slid off when it has gone so far, where nothing is stated
 
 
@@ -85,11 +87,23 @@ def apparent_friction(recording: Recording, read: Summary, common: float) -> Der
 
 def card_unknown(recording: Recording) -> str:
     """Why an angle on a plate of seeds tells nothing; "" where it does."""
-    if not recording.slide.plate or recording.slide.card_mm is not None:
+    slide, seed = recording.slide, recording.seed
+    if not slide.plate:
+        return ""
+    if slide.card_mm is None:
+        return (
+            "[slide] card_mm is missing: a larger card slides on a plate of seeds at a"
+            " smaller angle"
+        )
+    if seed.length_mm is None or seed.width_mm is None:
+        return ""
+    covered = (slide.coverage or LAID_BY_HAND) * math.prod(slide.card_mm)
+    seeds = covered / (math.pi / 4 * seed.length_mm * seed.width_mm)
+    if round(seeds) >= LEAST_SEEDS:
         return ""
     return (
-        "[slide] card_mm is missing: a larger card slides on a plate of seeds at a"
-        " smaller angle"
+        f"[slide] card_mm: about {seeds:.0f} seeds have room on it, and a card rocks or"
+        f" rolls on fewer than {LEAST_SEEDS}: glue more to a larger one"
     )
 
 
