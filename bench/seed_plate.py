@@ -21,10 +21,12 @@ def open_coverage(rig: str, section: dict) -> dict[str, Believed]:
     return {f"{rig}.coverage": Believed(mean, sd, ends)}
 
 
-def told_on_seeds(rig: Rig, variant: str, per_run: int, minutes: float) -> BySurface:
-    """What a rig tells of seed on seed in its variant on a plate of seeds. per_run: of
-    its readings, all on one card or plate, that one simulated run is the mean of;
-    minutes: that these take at a bench."""
+def told_on_seeds(
+    rig: Rig, variant: str, parameter: str, *, per_run: int, minutes: float
+) -> BySurface:
+    """What a rig tells of seed on seed in its variant on a plate of seeds, the
+    `parameter` by itself. per_run: of its readings, all on one card or plate, that one
+    simulated run is the mean of; minutes: that these take at a bench."""
     many = rig.in_plural  # in words, and the key that says how many are simulated
     (_, unit), *_ = rig.readings.values()
 
@@ -51,5 +53,7 @@ def told_on_seeds(rig: Rig, variant: str, per_run: int, minutes: float) -> BySur
         usual={"coverage": LAID_BY_HAND},
         per_run=per_run,
         within=f"true_sd_{unit}",
+        answers=(parameter,),
         page=PAGE,
+        sample=f"samples/soybean-bench/{variant}-01",
     )

@@ -110,7 +110,9 @@ class BySurface(Reading):
     rig's alone; usual: what a bench that makes such a test will state. variant: of the
     rig, whose recordings are evidence of their own; plural: in words; per_run: how many
     of the bench's readings one simulated run is the mean of, and within: the column
-    with their sd; page: of `docs/`, which says how such a test is made."""
+    with their sd; answers: parameters that it tells by itself, whatever else the bench
+    has; page: of `docs/`, which says how such a test is made; sample: a recording of
+    one."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
@@ -123,7 +125,9 @@ class BySurface(Reading):
     plural: str = ""
     per_run: int = 1
     within: str = ""
+    answers: tuple[str, ...] = ()
     page: str = ""
+    sample: str = ""
 
     @property
     def name(self) -> str:
@@ -135,6 +139,13 @@ class BySurface(Reading):
         """ "heaps"."""
         of_variant = f"{self.variant}s" if self.variant else self.rig.in_plural
         return self.plural or of_variant
+
+    @property
+    def made(self) -> str:
+        """How such a test is made, "" where every bench has it."""
+        if not self.page:
+            return ""
+        return f"docs/{self.page} says how they are made, {self.sample} holds some"
 
     @property
     def keys(self) -> dict:

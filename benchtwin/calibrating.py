@@ -21,7 +21,7 @@ from benchtwin.bench.numbers import beside_interval, with_interval
 from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.calibrate.procedure import Calibration, parameters
-from benchtwin.calibrate.procedure.next_tests import in_words
+from benchtwin.calibrate.procedure.calibration import advice
 from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.procedure.words import in_status, ties_in_words
 from benchtwin.calibrate.result_file import write_result
@@ -178,7 +178,7 @@ def _show(c: Calibration, out: Path, reported: bool) -> None:
         for r in c.not_following.itertuples()
     ]
     if c.joint is not None:
-        lines += [*ties_in_words(c.joint.ties), *in_words(c.joint.next_tests)]
+        lines += [*ties_in_words(c.joint.ties), *advice(c)]
     left = f"report: {out / PAGE}" if reported else f"tables: {out / 'tables'}"
     print_lines(console, *refused, *map(words, lines), left)
 

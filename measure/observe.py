@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from benchtwin.bench.keys import Seed
@@ -46,6 +47,7 @@ def observe(
     observation = _observe(recording, options, trim, progress)
     return replace(
         observation,
+        pictures={**observation.pictures, **_photographed(recording)},
         quantities=_sure(observation.quantities),
         repeats=tuple(map(_sure, observation.repeats)),
         bounces=_bounces(observation),
@@ -55,6 +57,17 @@ def observe(
             *recording.sds_beyond_belief(),
         ),
     )
+
+
+def _photographed(recording: Recording) -> dict[str, np.ndarray]:
+    """What was found on the photo of a plate that the recording names."""
+    section = getattr(recording, recording.rig) if recording.rig else None
+    file = getattr(section, "plate_photo", None)
+    if file is None:
+        return {}
+    from benchtwin.vision.shape.plate_coverage import coverage_of
+
+    return {"plate": coverage_of(Path(file)).overlay()}
 
 
 def _sure(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:

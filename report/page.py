@@ -6,9 +6,9 @@ from benchtwin.bench.numbers import beside_interval, with_interval
 from benchtwin.calibrate.procedure.calibration import (
     CALIBRATED,
     Calibration,
+    advice,
     parameters,
 )
-from benchtwin.calibrate.procedure.next_tests import in_words
 from benchtwin.calibrate.procedure.rigs import SEED_FACTORS
 from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.procedure.steel import SteelFit
@@ -64,7 +64,7 @@ def _answer(c: Calibration) -> dict:
     ]
     if c.joint is None:
         return {"rows": rows, "notes": []}
-    notes = [*ties_in_words(c.joint.ties), *in_words(c.joint.next_tests)]
+    notes = [*ties_in_words(c.joint.ties), *advice(c)]
     return {"rows": rows, "notes": [sentence(text) for text in notes]}
 
 

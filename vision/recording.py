@@ -8,6 +8,7 @@ my-bench/drop-01/frames/…       exactly one kind of evidence, looked for in th
                                 of EVIDENCE
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass, replace
 from pathlib import Path
@@ -42,6 +43,7 @@ EVIDENCE = (
     "photos",
 )  # a file of another tool counts as the table that it is converted to
 IN_METRES = 1000  # mm_per_px of lengths that are no pixels
+CONTRADICTS = 3  # sds between what a photo shows and what is stated beside it
 RESULTS_MARK = ".results"  # in a folder of results, in which no recordings are sought
 RIG_OF_KIND = {  # evidence that belongs to one rig, and why
     kind: (rig.name, why) for rig in RIGS.values() for kind, why in rig.told_by.items()
@@ -212,7 +214,7 @@ def _recording(
         session=fields.session,
         provenance=fields.provenance or "measured",
         **{
-            name: getattr(fields, name)
+            name: _seen_of(getattr(fields, name))
             for name in (
                 "seed",
                 "camera",
@@ -224,6 +226,28 @@ def _recording(
             )
         },
     )
+
+
+def _seen_of(section: Any) -> Any:
+    """A section with what a photo that it names shows: `coverage` of a `plate_photo`.
+    MeasurementError where it states another one."""
+    file = getattr(section, "plate_photo", None)
+    if file is None:
+        return section
+    from benchtwin.vision.shape.plate_coverage import coverage_of  # loads for .7 s
+
+    seen = coverage_of(Path(file))
+    if section.coverage is None:
+        told = {"coverage": round(seen.share, 4), "coverage_sd": round(seen.sd, 4)}
+        return section.model_copy(update=told)
+    off = abs(section.coverage - seen.share)
+    stated_sd = section.coverage_sd or 0.0
+    if off > CONTRADICTS * math.hypot(seen.sd, stated_sd):
+        raise MeasurementError(
+            f"{file}: seeds cover {seen.share:.2f} ± {seen.sd:.2f} of the plate, and"
+            f" coverage = {section.coverage:g} is stated: leave one of both out"
+        )
+    return section
 
 
 def _defaults_beside(path: Path) -> dict:

@@ -10,6 +10,7 @@ import pandas as pd
 from benchtwin.bench.numbers import to_interval
 from benchtwin.calibrate.procedure.bench import Bench, contradictory, missing
 from benchtwin.calibrate.procedure.joint import Joint, fit_joint
+from benchtwin.calibrate.procedure.next_tests import in_words, untried_in_words
 from benchtwin.calibrate.procedure.observed import PileObservables
 from benchtwin.calibrate.procedure.rigs import PARAMETERS, SEED_FACTORS
 from benchtwin.calibrate.procedure.simulator import SimulationFailed, Unreachable
@@ -170,6 +171,20 @@ def parameters(c: Calibration) -> pd.DataFrame:
     known = c.joint.posterior.draws.columns
     rows = [_row(c, c.joint, name) for name in PARAMETERS if name in known]
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def advice(c: Calibration) -> list[str]:
+    """Which test to run next, in sentences: first such as tell by themselves what is
+    left open, then what more of the recorded ones would leave."""
+    if c.joint is None:
+        return []
+    simulated = in_words(c.joint.next_tests)
+    if not c.seeds or c.options.get("effort", {}).get("unrecorded", True):
+        return simulated
+    table = parameters(c)
+    left = table.loc[table["status"] != CALIBRATED, "parameter"]
+    of_seeds = [name for name in left if name in SEED_FACTORS]
+    return [*untried_in_words(of_seeds, c.bench.rigs), *simulated]
 
 
 def _row(c: Calibration, joint: Joint, name: str) -> tuple:

@@ -1,6 +1,6 @@
 """Which test to run next for the parameters of seed on seed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -76,7 +76,7 @@ def _more(
     readings = runs * rig.per_run
     sd = np.sqrt(apart[:, 0] ** 2 + apart[:, 1] ** 2 / readings)
     noise = np.outer(sd, sd) * correlation.to_numpy()
-    how = f", as docs/{rig.page} says" if rig.page else ""
+    how = f" ({rig.made})" if rig.made else ""
     name = f"{readings} more {rig.in_plural}{how}"
     return BenchTest(name, tuple(surrogates), noise, readings, runs * rig.minutes)
 
@@ -127,4 +127,22 @@ def in_words(tests: pd.DataFrame) -> list[str]:
         + (f" (about {row.minutes:.0f} min)" if row.minutes else "")
         + f", {gain_in_words(row.variance_left_after, with_others=k > 0)}"
         for k, row in enumerate(worth_it(tests).head(MOST_SAID).itertuples())
+    ]
+
+
+def untried_in_words(left: Sequence[str], recorded: Collection[str]) -> list[str]:
+    """A sentence on each test that tells by itself one of the parameters `left` open,
+    and of which the bench has recorded none; a last one on how to learn what tests
+    would leave."""
+    if not left:
+        return []
+    untried = [
+        f"{' and '.join(told)}: {rig.in_plural} tell it by themselves; {rig.made}"
+        for name, rig in BESIDE.items()
+        if name not in recorded and (told := [p for p in left if p in rig.answers])
+    ]
+    return [
+        *untried,
+        f"{' and '.join(left)}: --next-test simulates the tests that this bench has"
+        " none of, and says what each would leave",
     ]

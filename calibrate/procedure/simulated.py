@@ -12,9 +12,7 @@ from benchtwin.bench.exits import Misuse
 from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import (
-    CALIBRATED,
     Calibration,
-    parameters,
 )
 from benchtwin.calibrate.procedure.check import check_seeds, check_steel
 from benchtwin.calibrate.procedure.effort import FULL, Effort
@@ -27,7 +25,6 @@ from benchtwin.calibrate.procedure.rigs import (
     PARAMETERS,
     PILE,
     RANGES,
-    SEED_FACTORS,
     SEED_LIMITS,
     STEEL,
 )
@@ -143,7 +140,7 @@ def calibrate_simulated(
     if bench.seed.get("seed", {}).get("lot"):
         say("does the seeds' shape matter?")
         found = compare_shapes(found, way)
-    return replace(_noted(found).saying(*_what_else(found, way)), finished=True)
+    return replace(_noted(found), finished=True)
 
 
 def checked_ranges(
@@ -308,22 +305,6 @@ def _described(found: Calibration, rig: dict) -> dict:
     seed = lot.get("seed", {}) | rig.get("seed", {})
     air = {"air": lot["air"]} if "air" in lot else {}
     return {**rig, **({"seed": seed} if seed else {}), **air}
-
-
-def _what_else(found: Calibration, way: Way) -> list[str]:
-    """How to learn which test that the bench has none of would settle what is open."""
-    rows = parameters(found).itertuples() if found.seeds else ()
-    left = [
-        r.parameter
-        for r in rows
-        if r.parameter in SEED_FACTORS and r.status != CALIBRATED
-    ]
-    if way.effort.unrecorded or not left:
-        return []
-    return [
-        f"{' and '.join(left)}: --next-test simulates the tests that this bench has"
-        " none of, and says what each would leave"
-    ]
 
 
 def _noted(found: Calibration) -> Calibration:

@@ -17,7 +17,13 @@ RIG = Rig(
     readings={"rebound_height_mm": ("rebound_height", "mm")},
     by_row=("height_mm",),
     in_turn=("bounce", "height_mm"),
-    per_recording=("height_sd_mm", "impacts_added_s", "impacts_struck_s", "hold_s"),
+    per_recording=(
+        "height_sd_mm",
+        "impacts_added_s",
+        "impacts_struck_s",
+        "hold_s",
+        "plate_photo",
+    ),
     told_by={
         "sound": "a sound tells the impacts of a drop",
         "impacts.csv": "times of impacts belong to a drop",

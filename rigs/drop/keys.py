@@ -50,6 +50,9 @@ class Drop(Section):
     them."""
     coverage_sd: NotNegative | None = None
     """sd of coverage; absent: 0.01, as of a count."""
+    plate_photo: str | None = None
+    """Photo of the plate of seeds from above, filled by it: coverage is read from it
+    where none is stated."""
     drops: Annotated[int, Field(ge=1, le=1000)] | None = None
     """How many seeds fall on each simulated plate of seeds."""
     impacts_added_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None

@@ -31,5 +31,11 @@ ON_STEEL = ByCurve(
     seed_limits=(0.05, 0.95),
 )
 
-# as long as ten drops take, which one simulated run is the mean of
-TELLS = ON_STEEL, told_on_seeds(RIG, ON_SEEDS, SeedDrop().drops, 5.0)
+ON_A_PLATE_OF_SEEDS = told_on_seeds(
+    RIG,
+    ON_SEEDS,
+    ON_STEEL.seed,
+    per_run=SeedDrop().drops,
+    minutes=5.0,  # ten drops
+)
+TELLS = ON_STEEL, ON_A_PLATE_OF_SEEDS

@@ -22,7 +22,7 @@ RIG = Rig(
         ),
     ),
     corrected_in=("reading", "track"),
-    per_recording=("start_deg",),
+    per_recording=("start_deg", "plate_photo"),
     variants={ON_SEEDS: {"slide": {"plate": "seeds"}}},
     not_diagnosed={
         ON_SEEDS: "a diagnosis does not judge plates of seeds yet; a calibration does"

@@ -38,6 +38,9 @@ class Slide(Section):
     Absent: as people lay them."""
     coverage_sd: NotNegative | None = None
     """sd of coverage; absent: 0.01, as of a count."""
+    plate_photo: str | None = None
+    """Photo of the plate of seeds from above, filled by it: coverage is read from it
+    where none is stated."""
     card_mm: TwoLengths | None = None
     """Length, along the plate, and width of the card on a plate of seeds."""
     slides: Annotated[int, Field(ge=1, le=1000)] | None = None

@@ -44,5 +44,11 @@ ON_STEEL = ByCurve(
     seed_limits=(0.02, 1.5),
 )
 
-# as long as two slides take, which one simulated run is the mean of
-TELLS = ON_STEEL, told_on_seeds(RIG, ON_SEEDS, SeedSlide().slides, 2.0)
+ON_A_PLATE_OF_SEEDS = told_on_seeds(
+    RIG,
+    ON_SEEDS,
+    ON_STEEL.seed,
+    per_run=SeedSlide().slides,
+    minutes=2.0,  # two slides
+)
+TELLS = ON_STEEL, ON_A_PLATE_OF_SEEDS

@@ -70,10 +70,24 @@ def read_toml(path: Path) -> dict:
     if len(found) == 2:
         raise MeasurementError(f"{path}: [seed] lot and shape: give one of them")
     if found:
-        return content | {
+        content = content | {
             "seed": content["seed"] | {name: str(file) for name, file in found.items()}
         }
-    return content
+    return _with_photos(content, path)
+
+
+def _with_photos(content: dict, path: Path) -> dict:
+    """The content of a file of keys with where each `plate_photo` lies."""
+    found = {}
+    for name, section in content.items():
+        if isinstance(section, dict) and "plate_photo" in section:
+            file = (path.parent / section["plate_photo"]).resolve()
+            if not file.is_file():
+                raise MeasurementError(
+                    f"{path}: [{name}] plate_photo: there is no file {file}"
+                )
+            found[name] = section | {"plate_photo": str(file)}
+    return content | found
 
 
 def _invalid(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:

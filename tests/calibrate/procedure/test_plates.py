@@ -2,6 +2,7 @@
 counts, what they tell."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ import pytest
 from stand_in import TRUE, StandIn, write_bench
 
 from benchtwin.bench.tells import by_surface
+from benchtwin.calibrate.procedure.calibration import advice
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.observed import scatter_apart
 from benchtwin.calibrate.procedure.rigs import PILE
@@ -108,3 +110,22 @@ def test_they_are_simulated_as_stated_and_coverage_varies_along(found):
 def test_single_readings_that_scatter_more_than_means_contradict_nothing(found):
     c, _ = found
     assert c.seeds["seed-drop"].findings == ()
+
+
+def test_what_is_left_open_names_the_test_that_tells_it(found):
+    """Friction and rolling friction are left open by drops: a card on a plate of seeds
+    tells the one, nothing by itself the other."""
+    c, _ = found
+    slides, general, *_ = advice(c)
+    assert slides.startswith("seed_static_friction: slides on a plate of seeds tell it")
+    assert "docs/seed-plate.md" in slides and SLIDES.sample in slides
+    assert "drops on a plate" not in slides
+    assert general.startswith("seed_static_friction and seed_rolling_friction:")
+    assert "--next-test" in general
+
+
+def test_the_samples_that_show_a_test_are_there():
+    root = Path(__file__).parents[3]
+    for rig in (DROPS, SLIDES):
+        assert (root / rig.sample / "readings.csv").is_file()
+        assert (root / "docs" / rig.page).is_file()
