@@ -4,14 +4,13 @@ piles of the same law."""
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.bench.exits import DONE
-from benchtwin.report.draw import BLUE
-from benchtwin.twin.compare.differences import QUANTITIES
+from benchtwin.report.draw import BLUE, GREY, RED
+from benchtwin.twin.compare.differences import QUANTITIES, paired
 from benchtwin.twin.compare.written import show
 
 
@@ -33,15 +32,33 @@ class EngineComparison:
     failed: tuple[str, ...] = ()
 
     def plot(self) -> Figure:
-        """A panel a quantity: LAMMPS − ours at each row, with its 95 % interval."""
+        """A panel a quantity: LAMMPS − ours. Grey: a pair of piles of one packing;
+        blue: their mean at each row with its 95 % interval, red where that leaves out
+        0."""
         groups = list(self.differences.groupby("quantity", sort=False))
         figure, places = shown.panels([QUANTITIES[str(name)] for name, _ in groups])
-        for (_, rows), place in zip(groups, places, strict=True):
-            reach = (rows["high"] - rows["difference"]).replace(np.nan, 0.0)
-            at = {"x": rows["row"].map(str), "y": rows["difference"]}
-            look = {"mode": "markers", "marker": {"size": 8, "color": BLUE}}
-            figure.add_scatter(**at, **look, error_y_array=reach, **place)
+        for (quantity, rows), place in zip(groups, places, strict=True):
+            pairs = paired(self.runs, str(quantity))
+            figure.add_scatter(
+                x=pairs["row"].map(str),
+                y=pairs["lammps"] - pairs["benchtwin"],
+                mode="markers",
+                marker={"size": 6, "color": GREY},
+                text=[f"packing {packing}" for packing in pairs["packing"]],
+                **place,
+            )
+            colours = [RED if parts else BLUE for parts in rows["parts"]]
+            figure.add_scatter(
+                x=rows["row"].map(str),
+                y=rows["difference"],
+                mode="markers",
+                marker={"size": 9, "color": colours},
+                error_y={"array": (rows["high"] - rows["difference"]).fillna(0.0)},
+                text=rows["parameters"],
+                **place,
+            )
         figure.add_hline(0.0, line_dash="dot")
+        figure.update_xaxes(type="category")
         return figure
 
     def _repr_html_(self) -> str:

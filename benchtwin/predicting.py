@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from plotly.graph_objects import Figure
 
@@ -10,6 +11,7 @@ from benchtwin import shown
 from benchtwin.bench.exits import DONE
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.predict import (
+    DRAWN,
     QUANTITIES,
     Prediction,
     intervals,
@@ -29,7 +31,7 @@ class PredictionSummary:
     beside: a row a quantity that was recorded: its mean, and where that was expected
     (low to high, z). runs: a row a simulated run. notes: what was assumed or left out.
     folder: where files were written. details: its fields may change between
-    versions."""
+    versions. recorded: readings beside which it stands, by quantity."""
 
     quantities: pd.DataFrame
     beside: pd.DataFrame
@@ -37,21 +39,23 @@ class PredictionSummary:
     notes: tuple[str, ...]
     folder: Path
     details: Prediction = field(repr=False)
+    recorded: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     def plot(self) -> Figure:
-        """A panel a quantity: runs at drawn parameters (grey), the mean with 95 % of
-        single packings (blue), the mean of the recordings (red)."""
+        """A panel a quantity: runs at drawn parameters (grey), 95 % of single packings
+        and of their mean (blue), the recordings (red)."""
         names = QUANTITIES[self.details.rig]
         table = self.quantities
         titles = [f"{names[q]} ({sign(q).strip()})" for q in table["quantity"]]
         figure, places = shown.panels(titles)
-        recorded = self.beside.set_index("quantity")["measured"]
         for row, place in zip(table.itertuples(), places, strict=True):
-            runs = self.runs[row.quantity].dropna()
-            reach = [row.high - row.mean]
-            points = [("runs", runs, [], GREY), ("predicted", [row.mean], reach, BLUE)]
-            if row.quantity in recorded:
-                points.append(("recorded", [recorded[row.quantity]], [], RED))
+            runs = self.runs.loc[self.runs["kind"] == DRAWN, row.quantity].dropna()
+            points = [
+                ("runs", runs, [], GREY),
+                ("one packing", [row.mean], [row.high - row.mean], BLUE),
+                ("mean of many", [row.mean], [row.mean_high - row.mean], BLUE),
+                ("recorded", self.recorded.get(row.quantity, []), [], RED),
+            ]
             for name, values, half, colour in points:
                 at = {"x": [name] * len(values), "y": values, "error_y_array": half}
                 look = {"mode": "markers", "marker": {"size": 8, "color": colour}}
@@ -82,4 +86,7 @@ def summary(
     """What a prediction found, as Python shows it."""
     beside = pd.DataFrame([vars(one) for one in compared], columns=BESIDE)
     said = tuple(notes(found, seen))
-    return PredictionSummary(rows(found), beside, found.runs, said, folder, found)
+    recorded = {} if seen is None else seen.values
+    return PredictionSummary(
+        rows(found), beside, found.runs, said, folder, found, recorded
+    )

@@ -1,16 +1,27 @@
-"""How results show themselves in a notebook: small tables, and intervals as figures."""
+"""How results show themselves in a notebook and as a page: small tables, and intervals
+as figures."""
 
 import math
 from collections.abc import Iterable, Sequence
 from html import escape
+from pathlib import Path
+from typing import Protocol
 
 import pandas as pd
 from plotly.graph_objects import Figure
 from plotly.subplots import make_subplots
 
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.report.draw import BLUE, ORANGE, RED
 
 MOST_ROWS = 60  # of a table in a notebook; the tables themselves hold all
+PAGE = """\
+<!doctype html><html lang="en"><meta charset="utf-8"><title>benchtwin</title>
+<style>body{{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto}}
+body{{padding:0 1rem}}table{{border-collapse:collapse;font-size:.85rem}}
+td,th{{padding:.15rem .6rem;text-align:left;border-bottom:1px solid #ddd}}</style>
+{figure}{table}</html>
+"""
 COLOURS = {"good": BLUE, "doubtful": ORANGE, "failed": RED}
 
 
@@ -23,6 +34,21 @@ def html(title: str, table: pd.DataFrame, notes: Iterable[str] = ()) -> str:
         lines = [f"and {len(table) - MOST_ROWS} rows more", *lines]
     under = "".join(f"<p>{escape(line)}</p>" for line in lines)
     return f"<p><b>{escape(title)}</b></p>{rows}{under}"
+
+
+class Shown(Protocol):
+    """What shows itself as a figure and as a table."""
+
+    def plot(self) -> Figure:
+        """The figure."""
+
+    def _repr_html_(self) -> str: ...
+
+
+def write_page(found: Shown, file: Path) -> None:
+    """Write figure and table as one page that opens without a network."""
+    figure = found.plot().to_html(full_html=False, include_plotlyjs=True)
+    write_whole(file, PAGE.format(figure=figure, table=found._repr_html_()))
 
 
 def panels(

@@ -355,7 +355,7 @@ def predict(
     out: Annotated[
         Place,
         said(
-            "Folder for predicted.csv, prediction.json, prediction.svg, and the runs."
+            "Folder for predicted.csv, prediction.json, prediction.html, and the runs."
         ),
     ],
     beside: Annotated[
@@ -408,6 +408,7 @@ def predict(
     from benchtwin.calibrating import folder_of
     from benchtwin.measuring import recordings_of
     from benchtwin.predicting import summary
+    from benchtwin.shown import write_page
     from benchtwin.twin.command import progress_line
 
     source, folder = folder_of(calibrated), Path(out)
@@ -443,7 +444,9 @@ def predict(
         )
     compared = comparing.compare(found, seen) if seen is not None else []
     write(folder, found, seen, compared, description, calibrated=source, seed=rng)
-    return summary(found, seen, compared, folder)
+    answer = summary(found, seen, compared, folder)
+    write_page(answer, folder / "prediction.html")
+    return answer
 
 
 @on_one_blas_thread
@@ -486,6 +489,7 @@ def compare(
     holds something else; ValueError for an unknown name or what cannot be simulated;
     RuntimeError where LAMMPS is not there, or no pile of both was measured."""
     from benchtwin.comparing import EngineComparison
+    from benchtwin.shown import write_page
     from benchtwin.twin.command import check_out, print_lines, progress_line
     from benchtwin.twin.compare import piles
     from benchtwin.twin.compare.differences import differences, verdict
@@ -514,7 +518,9 @@ def compare(
         raise RuntimeError(f"no pile of both engines was measured: {why}")
     write(folder, table, runs, [*notes, *failed])
     said = verdict(table)
-    return EngineComparison(table, runs, said, tuple(notes), folder, tuple(failed))
+    found = EngineComparison(table, runs, said, tuple(notes), folder, tuple(failed))
+    write_page(found, folder / "compared.html")
+    return found
 
 
 @on_one_blas_thread

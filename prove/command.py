@@ -7,7 +7,6 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchtwin.prove.compare import compare
 from benchtwin.prove.keys import KeyMismatch
 from benchtwin.prove.report import number, write_all
 from benchtwin.prove.run import Settings, prove, seed_of
@@ -17,7 +16,6 @@ from benchtwin.prove.solve import SOLVER
 PROOF_FILES = {  # what a proof leaves in its folder
     "cases",
     "solutions",
-    "baselines",
     "hashes.json",
     "keys.json",
     "submitted.json",
@@ -63,8 +61,7 @@ def prove_command(
         )
         seed = seed_of(out)
         rows = table(judged, np.random.default_rng(seed))
-        tables = compare(out, judged, workers, seed)
-        write_all(out, judged, rows, tables, seed)
+        write_all(out, judged, rows, seed)
     except KeyMismatch as error:
         errors.print(f"benchtwin prove: {error}")
         return 1
@@ -84,7 +81,7 @@ def prove_command(
         met = {None: "", True: "met", False: "not met"}[row.met]
         printed.add_row(row.score, row.target, number(row), met)
     console.print(printed)
-    console.print(f"Rig by rig, with figures and baselines: {out / 'report.html'}")
+    console.print(f"Rig by rig, with figures: {out / 'report.html'}")
     return 0
 
 

@@ -22,13 +22,7 @@ from benchtwin.prove.judge import Judged, cases_table
 from benchtwin.prove.score import Row
 
 
-def write_all(
-    out: Path,
-    judged: list[Judged],
-    rows: list[Row],
-    tables: dict[str, list[Row]],
-    seed: int,
-) -> None:
+def write_all(out: Path, judged: list[Judged], rows: list[Row], seed: int) -> None:
     """All three files, each whole. OSError when they cannot be written."""
     content = {
         "schema": 1,
@@ -36,9 +30,6 @@ def write_all(
         "rng": seed,
         "scores": [_plain(row) for row in rows],
         "reliability": reliability(cases_table(judged)).to_dict("records"),
-        "drops_with_tracks": {
-            name: [_plain(row) for row in some] for name, some in tables.items()
-        },
     }
     write_whole(
         out / "prove.json",
@@ -46,13 +37,11 @@ def write_all(
     )
     cases = cases_table(judged).round({"snr": 2})
     write_whole(out / "cases.csv", cases.to_csv(index=False))
-    write_whole(out / "report.html", render(judged, rows, tables, seed))
+    write_whole(out / "report.html", render(judged, rows, seed))
     (out / "report.pdf").unlink(missing_ok=True)  # a print of an older one
 
 
-def render(
-    judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int
-) -> str:
+def render(judged: list[Judged], rows: list[Row], seed: int) -> str:
     """The page as text."""
     rng = np.random.default_rng(seed)
     figures = {
@@ -72,8 +61,6 @@ def render(
     return environment.get_template("page.html.j2").render(
         rows=rows,
         rigs=list(dict.fromkeys(r.rig for r in rows)),
-        tables={name: {r.score: r for r in some} for name, some in tables.items()},
-        targets={r.score: r.target for some in tables.values() for r in some},
         judged=judged,
         missing=[j for j in judged if j.verdict == "missing"],
         drawn={
@@ -90,9 +77,9 @@ def render(
     )
 
 
-def number(row: Row | None) -> str:
+def number(row: Row) -> str:
     """A score with its interval, as it is printed."""
-    if row is None or not math.isfinite(row.value):
+    if not math.isfinite(row.value):
         return "–"
     if row.k is not None:
         return (

@@ -318,7 +318,7 @@ def test_a_prediction_is_the_command_s(tmp_path):
     assert row.mean == pytest.approx(written["mean"], rel=1e-5)
     assert row.low < row.mean_low < row.mean < row.mean_high < row.high
     assert len(found.runs) == 16 and "<table" in found._repr_html_()
-    assert len(found.plot().data) == 2 and found.beside.empty
+    assert len(found.plot().data) == 4 and found.beside.empty
 
 
 def test_a_comparison_shows_where_engines_part():
@@ -335,7 +335,7 @@ def test_a_comparison_shows_where_engines_part():
     table = differences(runs)
     found = EngineComparison(table, runs, verdict(table), (), Path())
     assert "+0.52" in found._repr_html_() and "the engines part" in found._repr_html_()
-    assert len(found.plot().data) == len(QUANTITIES)
+    assert len(found.plot().data) == 2 * len(QUANTITIES)
 
 
 def blas_threads() -> set[int]:

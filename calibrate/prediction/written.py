@@ -11,7 +11,6 @@ from benchtwin.bench.outlets import csv_text
 from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
-from benchtwin.calibrate.prediction.picture import picture
 from benchtwin.calibrate.prediction.predict import (
     QUANTITIES,
     Prediction,
@@ -24,7 +23,7 @@ from benchtwin.twin.command import print_lines
 from benchtwin.twin.versions import versions
 
 # what a prediction leaves in its folder
-OURS = {"runs", "predicted.csv", "runs.csv", "prediction.json", "prediction.svg"}
+OURS = {"runs", "predicted.csv", "runs.csv", "prediction.json", "prediction.html"}
 INTERVAL = "95 %: low to high of a single packing, mean_low to mean_high of their mean"
 COLUMNS = ("one packing, 95 %", "mean of many, 95 %", "sd by parameters", "by packing")
 
@@ -59,7 +58,6 @@ def write(
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "predicted.csv", csv_text(table))
     write_whole(out / "runs.csv", csv_text(found.runs))
-    write_whole(out / "prediction.svg", picture(found, seen, compared))
     text = json.dumps(
         content, indent=1, ensure_ascii=False, allow_nan=False, default=float
     )
@@ -85,5 +83,5 @@ def show(found: Prediction, said: Iterable[str], out: Path) -> None:
             *(digits(q, v, 1) + sign(q) for v in (r.parameter_sd, r.packing_sd)),
         )
     console.print(shown)
-    written = f"picture: {out / 'prediction.svg'}; numbers: {out / 'predicted.csv'}"
+    written = f"picture: {out / 'prediction.html'}; numbers: {out / 'predicted.csv'}"
     print_lines(console, *said, written)

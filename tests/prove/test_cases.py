@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from benchtwin.measure.batch import find_all
-from benchtwin.prove.baselines.drops import bounces, read_drops
-from benchtwin.prove.baselines.methods import METHODS, diagnose
 from benchtwin.prove.cases.bench import Request, write_bench
 from benchtwin.prove.cases.pile import photograph
 from benchtwin.prove.cases.record import FOLLOWS, field_of
@@ -154,21 +152,6 @@ def test_the_tracker_finds_the_drawn_seed(tmp_path):
     flying = track.y[: len(track) // 8]
     third = np.diff(flying, 3)
     assert np.std(third) / np.sqrt(20) < 0.06  # px; SNRs of pictures are told for 0.03
-
-
-def test_baselines_answer_in_the_schema(tmp_path):
-    bench, _ = make(spec("drop", "drag", snr=40.0), 3)
-    write_bench(bench, tmp_path / "case")
-    drops = read_drops(tmp_path / "case")
-    assert (
-        len(drops) == len(bench.recordings) and len(bounces(drops)) > 3 * len(drops) / 2
-    )
-    for method in METHODS:
-        said = diagnose(tmp_path / "case", method)["rigs"]["drop"]
-        assert said["verdict"] in ("none", "name", "unknown") and isinstance(
-            said["alarm"], bool
-        )
-    assert diagnose(tmp_path, "GP discrepancy") is None
 
 
 def test_a_size_is_found_where_a_nuisance_hides_the_small_ones():

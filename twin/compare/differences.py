@@ -37,11 +37,7 @@ def differences(runs: pd.DataFrame) -> pd.DataFrame:
     mean over the rows that have it."""
     lines = []
     for quantity in QUANTITIES:
-        index = ["row", "parameters", "packing"]
-        wide = runs.pivot_table(
-            index=index, columns="engine", values=quantity, dropna=False
-        )
-        wide = wide.reindex(columns=["benchtwin", "lammps"]).dropna().reset_index()
+        wide = paired(runs, quantity)
         lines += [
             _line(str(row), parameters, quantity, pairs)
             for (row, parameters), pairs in wide.groupby(
@@ -52,6 +48,18 @@ def differences(runs: pd.DataFrame) -> pd.DataFrame:
             means = wide.groupby("packing")[["benchtwin", "lammps"]].mean()
             lines.append(_line(ALL, "", quantity, means))
     return pd.DataFrame(lines, columns=COLUMNS)
+
+
+def paired(runs: pd.DataFrame, quantity: str) -> pd.DataFrame:
+    """A line a pair of piles of one packing: row, parameters, packing, benchtwin,
+    lammps."""
+    wide = runs.pivot_table(
+        index=["row", "parameters", "packing"],
+        columns="engine",
+        values=quantity,
+        dropna=False,
+    )
+    return wide.reindex(columns=["benchtwin", "lammps"]).dropna().reset_index()
 
 
 def _line(row: str, parameters: str, quantity: str, pairs: pd.DataFrame) -> tuple:

@@ -12,7 +12,6 @@ from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.command import print_lines
 from benchtwin.twin.compare.differences import QUANTITIES, verdict
-from benchtwin.twin.compare.picture import page
 from benchtwin.twin.engine import LAMMPS, Engine
 from benchtwin.twin.engine import OURS as OUR_ENGINE
 from benchtwin.twin.versions import versions
@@ -24,9 +23,6 @@ def write(out: Path, table: pd.DataFrame, runs: pd.DataFrame, notes: list[str]) 
     """Write what `differences` made of the runs, and the runs, into `out`."""
     write_whole(out / "compared.csv", csv_text(table))
     write_whole(out / "runs.csv", csv_text(runs))
-    (out / "compared.html").write_text(
-        page(table, runs, verdict(table), notes), encoding="utf8"
-    )
     programs = versions() | {"lammps": Engine(LAMMPS).version}
     told = {"versions": programs, "notes": notes, "verdict": verdict(table)}
     (out / "compared.json").write_text(json.dumps(told, indent=1), encoding="utf8")

@@ -88,7 +88,8 @@ def test_the_known_answer_is_predicted_and_written(calibrated, tmp_path, rig):
     assert row["low"] < row["mean_low"] < row["mean"] < row["mean_high"] < row["high"]
     told = json.loads((tmp_path / "out" / "prediction.json").read_text())
     assert told["quantities"][row.name]["mean"] == pytest.approx(row["mean"], rel=1e-4)
-    assert (tmp_path / "out" / "prediction.svg").read_text().startswith("<svg")
+    page = (tmp_path / "out" / "prediction.html").read_text()
+    assert f"Predicted {rig}" in page and "Plotly.newPlot" in page
 
 
 def test_a_length_is_predicted_in_millimetres(calibrated, tmp_path, capsys):

@@ -10,9 +10,10 @@ from lammps_here import installed
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.comparing import EngineComparison
+from benchtwin.shown import write_page
 from benchtwin.sim.lammps import program
 from benchtwin.twin.compare.differences import ALL, QUANTITIES, differences, verdict
-from benchtwin.twin.compare.picture import page
 from benchtwin.twin.compare.rows import label, read_rows, rows_of
 
 ROOT = Path(__file__).parents[3]
@@ -107,10 +108,12 @@ def test_a_pile_without_partner_is_left_out_and_one_pair_has_no_interval():
     assert "--packings 2 or more" in verdict(single)
 
 
-def test_the_page_holds_all_it_shows():
+def test_the_page_holds_all_it_shows(tmp_path):
     runs = made(2, 3, apart=1.0, scatter=0.1, rng=np.random.default_rng(1))
     table = differences(runs)
-    text = page(table, runs, verdict(table), ["law <sds>"])
+    found = EngineComparison(table, runs, verdict(table), ("law <sds>",), tmp_path)
+    write_page(found, tmp_path / "compared.html")
+    text = (tmp_path / "compared.html").read_text()
     assert (
         "law &lt;sds&gt;" in text
         and 'src="http' not in text
