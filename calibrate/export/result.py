@@ -3,8 +3,11 @@ and what it should hold."""
 
 import hashlib
 import json
+import math
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -86,9 +89,9 @@ class Calibrated:
         )
 
 
-# what a value may be: above the first (or equal, for frictions), up to the second
+# what a number may be, from the first to the second, in words
 NUMBERS = {
-    "restitution": (0.0, 1.0, "a number above 0, up to 1"),
+    "restitution": (math.ulp(0.0), 1.0, "a number above 0, up to 1"),
     "static_friction": (0.0, 5.0, "a number from 0 to 5"),
     "rolling_friction": (0.0, 2.0, "a number from 0 to 2"),
 }
@@ -121,117 +124,113 @@ def read_result(folder: Path) -> Calibrated:
 
 def calibrated_from(content: Any, file: str, source: str = "") -> Calibrated:
     """`Calibrated` of a result's content; errors name `file`."""
-    seed, wall = (_solid(content, who, file) for who in ("seed", "wall"))
+    result = _Result(content, file)
+    seed, wall = (_solid(result, who) for who in ("seed", "wall"))
     one_of = f"one of {', '.join(GIVEN)}"
-    rolling = _take(content, "conventions.rolling", file, one_of)
-    if rolling not in GIVEN:
-        raise ValueError(f"{file}: conventions.rolling = {rolling!r}: must be {one_of}")
+    rolling = result.entry("conventions.rolling", one_of, lambda v: v in [*GIVEN])
     on_wall, on_seed = (
-        Pair(*(_parameter(content, prefix + name, name, file) for name in NUMBERS))
+        Pair(*(_parameter(result, prefix + name, name) for name in NUMBERS))
         for prefix in ("", "seed_")
     )
+    shape = _shape(result, seed.density_kg_m3)
     return Calibrated(
         on_wall=on_wall,
         on_seed=on_seed,
         seed=seed,
         wall=wall,
         rolling=rolling,
-        shape=_shape(content, seed.density_kg_m3, file),
+        shape=shape,
         source=source or file,
     )
 
 
-def _parameter(content: Any, name: str, kind: str, file: str) -> Number:
+@dataclass(frozen=True)
+class _Result:
+    """A result's content, and the file that errors name."""
+
+    content: Any
+    file: str
+
+    def entry(self, path: str, holds: str, fits: Callable[[Any], bool]) -> Any:
+        """The entry at a dotted path. ValueError where there is none, or one that does
+        not fit what it should hold."""
+        at = self.content
+        for key in path.split("."):
+            if not isinstance(at, dict) or key not in at:
+                raise ValueError(
+                    f"{self.file}: {path} is missing: it should hold {holds}"
+                )
+            at = at[key]
+        if not fits(at):
+            raise ValueError(f"{self.file}: {path} = {at!r}: must be {holds}")
+        return at
+
+
+def _parameter(result: _Result, name: str, kind: str) -> Number:
     low, high, holds = NUMBERS[kind]
     where = f"parameters.{name}"
-    unit = _take(content, f"{where}.unit", file, 'the unit "1": it has no dimension')
-    if unit != "1":
-        raise ValueError(f'{file}: {where}.unit = {unit!r}: must be "1"')
+    result.entry(f"{where}.unit", '"1": it has no dimension', lambda v: v == "1")
     value, alone = (
-        _number(content, f"{where}.{key}", file, holds)
+        float(result.entry(f"{where}.{key}", holds, partial(_is_number, low, high)))
         for key in ("most_probable_set", "value")
     )
-    for key, v in (("most_probable_set", value), ("value", alone)):
-        if not low <= v <= high or (kind == "restitution" and v == 0.0):
-            raise ValueError(f"{file}: {where}.{key} = {v:g}: must be {holds}")
-    of = "end of the value's interval, a number"
-    least = _number(content, f"{where}.low", file, f"the low {of}")
-    most = _number(content, f"{where}.high", file, f"the high {of}")
+    anywhere = partial(_is_number, -sys.float_info.max, sys.float_info.max)
+    least, most = (
+        float(result.entry(f"{where}.{key}", f"the interval's {key} end", anywhere))
+        for key in ("low", "high")
+    )
     if not least <= alone <= most:
         raise ValueError(
-            f"{file}: {where}: the interval {least:g} to {most:g} does not hold the"
-            f" value {alone:g}"
+            f"{result.file}: {where}: the interval {least:g} to {most:g} does not hold"
+            f" the value {alone:g}"
         )
     status, remark = (
-        _line(content, f"{where}.{key}", file) for key in ("status", "remark")
+        result.entry(f"{where}.{key}", "one line of text", _is_line)
+        for key in ("status", "remark")
     )
     said = f"{status}: {remark}" if remark else status
     return Number(value, alone, least, most, said)
 
 
-def _line(content: Any, path: str, file: str) -> str:
-    """One line of text at a dotted path."""
-    text = _take(content, path, file, "one line of text")
-    if not isinstance(text, str) or not (text.isprintable() or text == ""):
-        raise ValueError(f"{file}: {path} = {text!r}: must be one line of text")
-    return text
+def _solid(result: _Result, who: str) -> Solid:
+    where, name = f"materials.{who}", "the material's name, one line of text"
+    return Solid(
+        result.entry(f"{where}.name", name, lambda v: _is_line(v) and bool(v.strip())),
+        *(
+            float(result.entry(f"{where}.{key}", holds, partial(_is_number, low, high)))
+            for key, (low, high, holds) in SOLID.items()
+        ),
+    )
 
 
-def _solid(content: Any, who: str, file: str) -> Solid:
-    name = _take(content, f"materials.{who}.name", file, "the material's name, a text")
-    if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        raise ValueError(
-            f"{file}: materials.{who}.name = {name!r}: must be the material's name, one"
-            " line of text"
-        )
-    values = []
-    for key, (low, high, holds) in SOLID.items():
-        values.append(_number(content, f"materials.{who}.{key}", file, holds))
-        if not low <= values[-1] <= high:
-            raise ValueError(
-                f"{file}: materials.{who}.{key} = {values[-1]:g}: must be {holds}"
-            )
-    return Solid(name, *values)
-
-
-def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
+def _shape(result: _Result, density_kg_m3: float) -> Shape:
     # imported here: it brings the simulation, which listing the engines need not load
     from benchtwin.twin.result_sections import weighed
 
-    holds = "the seed's balls, a list of [x, y, z, r] in mm"
-    rows = _take(content, "seed_shape.spheres", file, holds)
-    listed = isinstance(rows, list) and rows
-    if not listed or not all(isinstance(row, list) and len(row) == 4 for row in rows):
-        raise ValueError(f"{file}: seed_shape.spheres: must be {holds}")
-    if not all(_is_number(v) for row in rows for v in row):
-        raise ValueError(f"{file}: seed_shape.spheres: must be {holds}")
+    path, holds = "seed_shape.spheres", "the seed's balls, a list of [x, y, z, r] in mm"
+    rows = result.entry(path, holds, _are_balls)
     metres = [[1e-3 * v for v in row] for row in rows]
     try:
         found, mass, (ix, iy, iz) = weighed(metres, density_kg_m3)
     except ValueError as error:
-        raise ValueError(f"{file}: seed_shape.spheres: {error}") from error
+        raise ValueError(f"{result.file}: {path}: {error}") from error
     balls = tuple((x, y, z, r) for x, y, z, r in found)
     return Shape(balls, mass, (ix, iy, iz))
 
 
-def _take(content: Any, path: str, file: str, holds: str) -> Any:
-    """The entry at a dotted path."""
-    at = content
-    for key in path.split("."):
-        if not isinstance(at, dict) or key not in at:
-            raise ValueError(f"{file}: {path} is missing: it should hold {holds}")
-        at = at[key]
-    return at
+def _are_balls(value: Any) -> bool:
+    number = partial(_is_number, -sys.float_info.max, sys.float_info.max)
+    rows = value if isinstance(value, list) else []
+    return bool(rows) and all(
+        isinstance(row, list) and len(row) == 4 and all(map(number, row))
+        for row in rows
+    )
 
 
-def _number(content: Any, path: str, file: str, holds: str) -> float:
-    value = _take(content, path, file, holds)
-    if not _is_number(value):
-        raise ValueError(f"{file}: {path} = {value!r}: it should hold {holds}")
-    return float(value)
+def _is_line(value: Any) -> bool:
+    return isinstance(value, str) and value.isprintable()
 
 
-def _is_number(value: Any) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) <= sys.float_info.max
+def _is_number(low: float, high: float, value: Any) -> bool:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return plain and low <= value <= high
