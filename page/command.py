@@ -1,9 +1,7 @@
 """`benchtwin page`: finds a free port, prints an address, opens the browser."""
 
-import os
-import shutil
+import secrets
 import socket
-import tempfile
 import threading
 import webbrowser
 from collections.abc import Callable
@@ -11,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from benchtwin.bench.exits import Misuse
+from benchtwin.bench.whole_file import folder_beside
 from benchtwin.page.folder import INCOMING, Folder
 from benchtwin.page.guard import Entrance, forwarding
 from benchtwin.page.private import private_folder
@@ -61,32 +60,38 @@ def serve(
     server answers, "" for none."""
     import uvicorn
 
-    config = uvicorn.Config(
-        application(Folder(folder.resolve()), listener.getsockname()[1], entrance),
-        log_level="error",
-        timeout_graceful_shutdown=1,
-    )
-    server = uvicorn.Server(config)
-    remove = open_browser(folder.resolve(), entrance, opened) if opened else None
-    try:
-        server.run(sockets=[listener])
-    finally:
-        if remove:
-            remove()
+    # beside those of other pages on this folder; what a killed one left is removed
+    with folder_beside(folder.resolve() / INCOMING / "page") as incoming:
+        port = listener.getsockname()[1]
+        config = uvicorn.Config(
+            application(Folder(folder.resolve()), port, entrance, incoming),
+            log_level="error",
+            timeout_graceful_shutdown=1,
+        )
+        remove = open_browser(incoming, entrance, opened) if opened else None
+        try:
+            uvicorn.Server(config).run(sockets=[listener])
+        finally:
+            if remove:
+                remove()
+    with suppress(OSError):  # of another page
+        incoming.parent.rmdir()
 
 
-def open_browser(folder: Path, entrance: Entrance, site: str) -> Callable[[], None]:
+def open_browser(incoming: Path, entrance: Entrance, site: str) -> Callable[[], None]:
     """Open the page by a file that only this user can read, for command lines can be
-    read by all. It is removed when it was used, or after OPENS_WITHIN_S; returns what
-    removes it."""
-    place = _folder_of_ours_alone(folder)
+    read by all. It lies in the folder that is open, for browsers in a sandbox see no
+    hidden folder of the user's; on a drive that knows no owners, in the private one. It
+    is removed when it was used, or after OPENS_WITHIN_S; returns what removes it."""
+    ours_alone = not incoming.stat().st_mode & 0o077
+    place = incoming if ours_alone else private_folder()
+    file = place / f"open-{secrets.token_hex(8)}.html"
 
     def remove() -> None:
         entrance.void(key)
-        shutil.rmtree(place, ignore_errors=True)
+        file.unlink(missing_ok=True)
 
     key = entrance.new_key(remove)
-    file = place / "open.html"
     file.write_text(forwarding(f"{site}?token={key}"), encoding="utf8")
     for after_s, what in (
         (ANSWERS_AFTER_S, lambda: webbrowser.open(file.as_uri())),
@@ -96,16 +101,3 @@ def open_browser(folder: Path, entrance: Entrance, site: str) -> Callable[[], No
         timer.daemon = True
         timer.start()
     return remove
-
-
-def _folder_of_ours_alone(folder: Path) -> Path:
-    """A new folder that only this user can look into. In the folder that is open, for
-    browsers in a sandbox see no hidden folder of the user's; else in the private one.
-    """
-    with suppress(OSError):
-        (folder / INCOMING).mkdir(exist_ok=True)
-        made = Path(tempfile.mkdtemp(prefix="open-", dir=folder / INCOMING))
-        if not made.stat().st_mode & 0o077 and made.stat().st_uid == os.getuid():
-            return made
-        made.rmdir()  # a drive that knows no owners
-    return Path(tempfile.mkdtemp(prefix="open-", dir=private_folder()))

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from benchtwin.calibrate.export import ENGINES, cards, read_result
-from benchtwin.page.folder import INCOMING, RESULTS, RUNS, Folder, Refused
+from benchtwin.page.folder import RESULTS, Refused
 from benchtwin.page.results import CALIBRATED, ToRecord, read
 from benchtwin.vision.recording import RESULTS_MARK
 
@@ -21,12 +21,9 @@ SHEET = """<!doctype html><html lang="en"><head><meta charset="utf-8">
 </html>"""
 
 
-def packed_bench(bench: Path, folder: Folder) -> Path:
-    """The zip file, in the folder for passing things: all but links, hidden files and
-    the records of runs, and the cards of what is calibrated. Refused, in words, where
-    it cannot be written."""
-    place = folder.root / INCOMING
-    place.mkdir(exist_ok=True)
+def packed_bench(bench: Path, place: Path) -> Path:
+    """The zip file, in the folder `place`: all but links and hidden files, and the
+    cards of what is calibrated. Refused, in words, where it cannot be written."""
     for old in sorted(place.glob("zip-*"), key=lambda p: p.stat().st_mtime)[
         :-MOST_AT_ONCE
     ]:
@@ -46,11 +43,7 @@ def packed_bench(bench: Path, folder: Folder) -> Path:
 def _pack(bench: Path, pack: zipfile.ZipFile) -> None:
     for at, folders, files in os.walk(bench):
         inside = Path(at).relative_to(bench)
-        folders[:] = sorted(
-            f
-            for f in folders
-            if not f.startswith(".") and inside / f != Path(RESULTS, RUNS)
-        )
+        folders[:] = sorted(f for f in folders if not f.startswith("."))
         for name in sorted(files):
             path = Path(at) / name
             hidden = name.startswith(".") and name != RESULTS_MARK

@@ -2,21 +2,16 @@
 a file brings."""
 
 import itertools
-import json
 import os
-import secrets
-import shutil
 import unicodedata
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from benchtwin.vision.recording import RESULTS_MARK as MARK
 
 RESULTS = "results"  # in a bench: what commands left
-RUNS = "runs"  # in the results: the records of runs, which stay where they were made
-INCOMING = ".incoming"  # files on their way, of this page or of one that was killed
+INCOMING = ".incoming"  # files on their way, of pages that are open
 LONGEST_NAME = 100  # characters, each four bytes at most
 
 
@@ -77,7 +72,13 @@ class Folder:
     def results(self, bench: Path) -> Path:
         """Where commands leave what they found, made if need be and marked as no
         recording."""
-        folder = real_folder(bench / RESULTS)
+        folder = bench / RESULTS
+        if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+            raise Refused(
+                f"{bench.name}/{RESULTS} is to be a folder of its own, and is a link or"
+                " a file: move it away"
+            )
+        folder.mkdir(exist_ok=True)
         mark = folder / MARK
         if not (mark.is_symlink() or mark.exists()):
             mark.touch()
@@ -110,30 +111,6 @@ class Folder:
             " Put the file itself there, or remove the link"
         )
 
-    def clear_incoming(self) -> None:
-        """Throw away what a page that was killed had not finished copying, or whatever
-        came with the folder under that name."""
-        remove(self.root / INCOMING)
-
-
-def remove(path: Path) -> None:
-    """Remove a folder with all that is in it, or whatever else stands there."""
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)
-
-
-def real_folder(path: Path) -> Path:
-    """The folder, made if need be; Refused where a link or a file stands there."""
-    if path.is_symlink() or (path.exists() and not path.is_dir()):
-        raise Refused(
-            f"{path.parent.name}/{path.name} is to be a folder of its own, and is a"
-            " link or a file: move it away"
-        )
-    path.mkdir(exist_ok=True)
-    return path
-
 
 def _links_and_folders(folder: Path, hidden: bool) -> list[tuple[Path, bool]]:
     """What in a folder may lead somewhere, and whether hidden files count there."""
@@ -158,18 +135,6 @@ def _no_part(part: str) -> bool:
     )
 
 
-def read_json(path: Path) -> dict:
-    """A JSON file's content; nothing where it is a link, or cannot be read as one
-    object."""
-    if path.is_symlink() or not path.is_file():
-        return {}
-    try:
-        told = json.loads(path.read_text(encoding="utf8"))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return told if isinstance(told, dict) else {}
-
-
 def clean_name(name: str) -> str:
     """A file's own name as it can stand in any folder: no folders in it, no control
     characters, not hidden, not too long."""
@@ -190,19 +155,3 @@ def numbered(name: str) -> Iterator[str]:
     stem, suffix = Path(name).stem, Path(name).suffix
     for number in itertools.count(2):
         yield f"{stem}-{number:02d}{suffix}"
-
-
-@contextmanager
-def whole_folder(target: Path, root: Path) -> Iterator[Path]:
-    """A folder to fill, which takes the place `target` when all is in it, or never
-    appears; an existing one is not replaced."""
-    part = root / INCOMING / f"folder-{secrets.token_hex(8)}"
-    part.mkdir(parents=True)
-    try:
-        yield part
-        if target.exists():
-            raise Refused(f"{target.name} exists already; nothing was replaced")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        part.rename(target)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)

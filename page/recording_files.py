@@ -11,6 +11,7 @@ from pathlib import Path
 
 import tomlkit
 
+from benchtwin.bench.whole_file import new_folder
 from benchtwin.page import toml_file
 from benchtwin.page.folder import (
     RESULTS,
@@ -18,7 +19,6 @@ from benchtwin.page.folder import (
     Refused,
     clean_name,
     numbered,
-    whole_folder,
 )
 from benchtwin.vision.evidence.film_or_photos import numbered_runs
 from benchtwin.vision.measurement import MeasurementError
@@ -175,7 +175,7 @@ def _made(
             return target
         if not target.exists():
             break
-    with whole_folder(target, folder.root) as part:
+    with new_folder(target) as part:
         for inside, file in files.items():
             (part / inside).parent.mkdir(exist_ok=True)
             _link(folder.inside(folder.name_of(file)), part / inside)

@@ -1,16 +1,15 @@
 """One run of a command, in a process that outlives the page.
 
-    python -m benchtwin.page.runner ROOT FOLDER LOCK
+    python -m benchtwin.page.runner ROOT BENCH FOLDER LOCK
 
 ROOT is the folder that the page is open on; FOLDER the run's, whose job.json says which
-command; LOCK the number of the open lock that this process inherits. Beside job.json
-this keeps log.txt (what the command printed) and state.json (its last line of progress,
-its exit code). The command runs on a terminal of its own, so that it shows its progress
-as to a person. Where job.json says that it is to stop, and at SIGINT and SIGTERM, the
-command is interrupted, and stops where it can go on. When it has ended, the next run in
-the queue is started."""
+command; LOCK the number of the open lock that this process inherits. It waits until the
+runs before it have ended. Beside job.json it keeps log.txt (what the command printed)
+and state.json (its last line of progress, its exit code). The command runs on a
+terminal of its own, so that it shows its progress as to a person. Where the run is to
+stop, and at SIGINT and SIGTERM, the command is interrupted, and stops where it can go
+on."""
 
-import json
 import os
 import pty
 import re
@@ -32,31 +31,31 @@ CONTROLS = re.compile(
     rf"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]|{SPINNER}"
 )
 BARS = re.compile(r"[━╸╺─]{4,}")
-EVERY_S = 0.3  # state.json is written, and job.json looked at, at most so often
+EVERY_S = 0.3  # state.json is written, and looked whether to stop, so often
 AGAIN_S = 15.0  # a command that has not stopped is interrupted again after that
 WIDTH = "160"
 MISUSED = 2
 
 
-def main(root: Path, place: Path, lock: int) -> int:
+def main(root: Path, bench: Path, place: Path, lock: int) -> int:
     """Run what job.json asks for; returns the command's exit code."""
-    folder, bench = Folder(root), place.parents[2]
-    job, log = runs.read_job(place), Log(place)
+    turn = runs.wait_for_turn(bench, place, EVERY_S)
+    if turn is None:
+        return 0
+    log = Log(place)
     try:
-        if job is None or not runs.is_ours(job, place):
-            raise Refused("this run was not asked for here")
-        folder.refuse_links(bench)
-        code = _run(runs.command_line(job, bench), place, log, lock)
+        Folder(root).refuse_links(bench)
+        command = runs.command_line(runs.read_job(place), bench)
+        # as long as the command works, nothing else begins
+        code = _run(command, place, log, [lock, turn])
     except Refused as error:
         code = MISUSED
         log.add(f"{error}\n")
     log.finish(code)
-    if bench.is_dir():
-        runs.ended(bench, folder, lock)
     return code
 
 
-def _run(command: list[str], place: Path, log: "Log", lock: int) -> int:
+def _run(command: list[str], place: Path, log: "Log", locks: list[int]) -> int:
     terminal, its_end = pty.openpty()
     environment = {
         **os.environ,
@@ -72,22 +71,18 @@ def _run(command: list[str], place: Path, log: "Log", lock: int) -> int:
         stderr=its_end,
         env=environment,
         start_new_session=True,
-        pass_fds=[lock],  # as long as the command works, nothing else begins
+        pass_fds=locks,
     )
     os.close(its_end)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: child.send_signal(signal.SIGINT))
     interrupted = 0.0
     for text in _output(terminal):
-        if log.add(text) and time.time() - interrupted > AGAIN_S and _is_stopped(place):
+        log.add(text)
+        if runs.is_stopped(place) and time.time() - interrupted > AGAIN_S:
             child.send_signal(signal.SIGINT)
             interrupted = time.time()
     return child.wait()
-
-
-def _is_stopped(place: Path) -> bool:
-    job = runs.read_job(place)
-    return job is not None and job.stopped and runs.is_ours(job, place)
 
 
 class Log:
@@ -95,48 +90,44 @@ class Log:
     and how. A disk that is full does not end the command."""
 
     def __init__(self, place: Path):
-        self.place = place
-        self.content: dict = {
-            "started": time.time(),
-            "progress": "",
-            "code": None,
-            "ended": None,
-        }
+        self.place, self.state = place, runs.State(started=time.time())
         self.written, self.rest = 0.0, ""
+        self._write()
 
-    def add(self, text: str) -> bool:
-        """Whole lines go into the log; a line that the terminal overwrites is progress.
-        Returns whether state.json was due, and so written."""
+    def add(self, text: str) -> None:
+        """Whole lines go into the log; a line that the terminal overwrites is
+        progress."""
         *lines, self.rest = (self.rest + text).split("\n")
         kept = ""
-        for line in lines:
-            last = CONTROLS.sub("", line.rstrip("\r").rpartition("\r")[2]).rstrip()
-            if last and not BARS.search(last):
-                kept += last + "\n"
-            elif last:
-                self.content["progress"] = BARS.sub(" ", last)
-        if shown := CONTROLS.sub(
-            "", self.rest.rstrip("\r").rpartition("\r")[2]
-        ).strip():
-            self.content["progress"] = re.sub(r"\s{2,}", "  ", BARS.sub(" ", shown))
+        for line in map(_last_shown, lines):
+            if line and not BARS.search(line):
+                kept += line + "\n"
+            elif line:
+                self.state.progress = BARS.sub(" ", line)
+        if shown := _last_shown(self.rest).strip():
+            self.state.progress = re.sub(r"\s{2,}", "  ", BARS.sub(" ", shown))
         with (
             suppress(OSError),
             (self.place / "log.txt").open("a", encoding="utf8") as log,
         ):
             log.write(kept)
-        due = time.time() - self.written > EVERY_S
-        if due:
+        if time.time() - self.written > EVERY_S:
             self._write()
-        return due
 
     def finish(self, code: int) -> None:
-        self.content |= {"code": code, "ended": time.time(), "progress": ""}
+        """The command has ended."""
+        self.state.code, self.state.ended, self.state.progress = code, time.time(), ""
         self._write()
 
     def _write(self) -> None:
         with suppress(OSError):
-            write_whole(self.place / "state.json", json.dumps(self.content))
+            write_whole(self.place / "state.json", self.state.model_dump_json())
         self.written = time.time()
+
+
+def _last_shown(line: str) -> str:
+    """What a terminal shows of a line that was overwritten."""
+    return CONTROLS.sub("", line.rstrip("\r").rpartition("\r")[2]).rstrip()
 
 
 def _output(terminal: int) -> Iterator[str]:
@@ -156,4 +147,5 @@ def _output(terminal: int) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])))
+    root, bench, place = map(Path, sys.argv[1:4])
+    sys.exit(main(root, bench, place, int(sys.argv[4])))

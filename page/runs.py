@@ -1,76 +1,46 @@
-"""Queue of command runs on a bench, one at a time: start, follow, stop, resume.
+"""Runs of commands on a bench, one at a time: started, followed, stopped, resumed.
 
-A run is a folder, BENCH/results/runs/0003-calibrate, with job.json, state.json and
-log.txt. They say what was asked for and how it went, never what to execute: the command
-line is made by `command_line`, and a run starts or goes on by itself only where
-job.json is signed by this user on this machine for this very folder. That a command
-runs is known from a lock that it holds, not from a file of the bench."""
+A run is a folder, 0003-calibrate, with job.json, state.json and log.txt. It lies with
+the page's private things, not in the bench: nothing that a bench holds starts anything,
+or says how a run went. Each run has a process of its own (`runner.py`), which holds the
+run's lock as long as it lives, waits for its turn and runs the command; what nobody
+holds has ended, or was cut off."""
 
-import fcntl
-import hmac
-import json
+import hashlib
 import os
 import re
-import secrets
 import subprocess
 import sys
 import time
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, FiniteFloat, ValidationError, model_validator
+from pydantic import BaseModel, ValidationError, model_validator
 
-from benchtwin.bench.whole_file import write_whole
-from benchtwin.page.folder import (
-    RESULTS,
-    RUNS,
-    Folder,
-    Refused,
-    read_json,
-    real_folder,
-    remove,
-)
-from benchtwin.page.private import (
-    lock_file,
-    lock_name,
-    locked,
-    open_lock,
-    private_folder,
-    signature,
-)
+from benchtwin.bench.whole_file import new_folder
+from benchtwin.page.folder import RESULTS, Folder, Refused
+from benchtwin.page.private import locked, open_lock, private_folder
 
 COMMANDS = {  # what may run: its folder of results, and the options that it may have
     "measure": ("measured", ()),
     "calibrate": ("calibrated", ("--quick",)),
     "diagnose": ("diagnosed", ("--quick",)),
 }
-WAITING = "waiting"
-RUNNING = "running"
-DONE = "done"
-FAILED = "failed"
-STOPPED = "stopped"
-BROKEN = "broken off"
-# on another machine, or in the folder this was copied from
-ELSEWHERE = "asked for elsewhere"
-UNREADABLE = "cannot be read"
+WAITING, RUNNING = "waiting", "running"
+DONE, FAILED, STOPPED, BROKEN = "done", "failed", "stopped", "broken off"
 # -P: nothing is imported from the folder that somebody stands in
 PYTHON = (sys.executable, "-P", "-m")
 RUNNER = (*PYTHON, "benchtwin.page.runner")
-NAME = re.compile(r"(\d{4,9})-\S+", re.ASCII)
+NAME = re.compile(r"(\d{4,9})-\w+", re.ASCII)
 SHOWN_LOG = 20_000  # bytes, from its end
-SHOWN_PROGRESS = 300  # characters
 
 
 class Job(BaseModel):
-    """What job.json says. launched: when [s since 1970], 0 if not yet."""
+    """What job.json says."""
 
     command: Literal["measure", "calibrate", "diagnose"]
     options: tuple[Literal["--quick"], ...] = ()
-    launched: FiniteFloat = 0.0
-    stopped: bool = False
-    signature: str = ""
 
     @model_validator(mode="after")
     def offered(self) -> "Job":
@@ -82,12 +52,13 @@ class Job(BaseModel):
 
 
 class State(BaseModel):
-    """What state.json says. code: the command's exit code, None until it has ended."""
+    """What state.json says. started: when the command began, ended: when it ended [s
+    since 1970]; code: its exit code; progress: its last line of progress."""
 
-    started: FiniteFloat = 0.0
+    started: float = 0.0
     progress: str = ""
     code: int | None = None
-    ended: FiniteFloat | None = None
+    ended: float | None = None
 
 
 @dataclass(frozen=True)
@@ -108,214 +79,128 @@ class Run:
         return int(self.folder.name.split("-")[0])
 
 
-def all_runs(bench: Path, folder: Folder) -> list[Run]:
+def runs_of(bench: Path) -> Path:
+    """The folder in which the runs of the bench at this path are kept."""
+    path = os.fsencode(bench.resolve())
+    folder = private_folder() / "runs" / hashlib.sha256(path).hexdigest()[:32]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def all_runs(bench: Path) -> list[Run]:
     """The bench's runs, the newest first."""
-    with _queue(bench):
-        current = _current(bench)
-        return [_read(p, current) for p in _places(bench, folder)][::-1]
-
-
-def read_job(place: Path) -> Job | None:
-    """What a run's job.json asks for; None where that is nothing a page asks for."""
-    try:
-        return Job.model_validate(read_json(place / "job.json"))
-    except ValidationError:
-        return None
-
-
-def is_ours(job: Job, place: Path) -> bool:
-    """Whether this user asked for the run on this machine, and in this very folder."""
-    signed = signature(_signed_content(job, place, place))
-    return hmac.compare_digest(signed.encode(), job.signature.encode())
+    runs = runs_of(bench)
+    with locked(runs / "reading"):
+        return [_read(place) for place in _places(runs)][::-1]
 
 
 def command_line(job: Job, bench: Path) -> list[str]:
-    """What runs: a command of benchtwin on the bench that is open."""
+    """What runs: a command of benchtwin on the bench."""
     out = bench / RESULTS / COMMANDS[job.command][0]
     where = [str(bench), "--out", str(out), "--overwrite"]
     return [*PYTHON, "benchtwin", job.command, *where, *job.options]
 
 
+def read_job(place: Path) -> Job:
+    """What a run's job.json asks for."""
+    return Job.model_validate_json((place / "job.json").read_bytes())
+
+
 def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder) -> Run:
-    """Put a run into the bench's queue, and start it if nothing else runs there. The
-    run's folder appears whole or not at all."""
+    """Have a command run on the bench, when those before it have ended. The run's
+    folder appears whole or not at all."""
     try:
         job = Job.model_validate({"command": command, "options": options})
     except ValidationError:
         what = " ".join((command, *options))
         raise Refused(f"{what}: not a command for a bench") from None
     folder.refuse_links(bench)
-    with _queue(bench):
-        runs = real_folder(folder.results(bench) / RUNS)
-        for left in runs.glob(".part-*"):  # by a page that was killed here
-            remove(left)
-        place = runs / f"{_next_number(runs):04d}-{command}"
-        part = runs / f".part-{secrets.token_hex(8)}"
-        try:
-            part.mkdir()
-            _write(job, part, place)
-            part.rename(place)
-        finally:
-            remove(part)
-        _advance(bench, folder)
-        return _read(place, _current(bench))
+    folder.results(bench)
+    runs = runs_of(bench)
+    with locked(runs / "reading"):
+        number = max((int(p.name.split("-")[0]) for p in _places(runs)), default=0) + 1
+        place = runs / f"{number:04d}-{command}"
+        with new_folder(place) as part:
+            (part / "job.json").write_text(job.model_dump_json(), encoding="utf8")
+        _start(place, bench, folder)
+        return _read(place)
 
 
 def stop(run: Run) -> None:
-    """Have a running command interrupted (it stops where it can go on), or take a
-    waiting one from the queue. Its runner looks for this in job.json."""
-    with _queue(run.folder.parents[2]):
-        job = read_job(run.folder)
-        if job is None or not is_ours(job, run.folder):
-            raise Refused("this run was not started here")
-        _write(job.model_copy(update={"stopped": True}), run.folder, run.folder)
+    """Have a running command interrupted (it stops where it can go on), or a waiting
+    one not begun. Its runner looks for this."""
+    (run.folder / "stop").touch()
+
+
+def is_stopped(place: Path) -> bool:
+    """Whether a run is to stop."""
+    return (place / "stop").exists()
 
 
 def resume(run: Run, bench: Path, folder: Folder) -> None:
-    """Run the same command again; what it had finished it finds. One that was asked for
-    elsewhere is asked for anew."""
-    job = read_job(run.folder)
-    if job is None:
-        raise Refused(f"{run.folder.name}: its job.json names no command for a bench")
-    if not is_ours(job, run.folder):
-        enqueue(bench, job.command, job.options, folder)
-        return
+    """Run the same command again; what it had finished it finds."""
     folder.refuse_links(bench)
-    with _queue(bench):
-        if _read(run.folder, _current(bench)).status in (RUNNING, WAITING):
-            return
-        again = job.model_copy(update={"launched": 0.0, "stopped": False})
-        _write(again, run.folder, run.folder)
-        (run.folder / "state.json").unlink(missing_ok=True)
-        _advance(bench, folder)
+    with locked(runs_of(bench) / "reading"):
+        _start(run.folder, bench, folder)
 
 
-def ended(bench: Path, folder: Folder, lock: int) -> None:
-    """A runner's command has ended: give its lock back, and start what waits."""
-    with _queue(bench):
-        os.close(lock)
-        _advance(bench, folder)
+def wait_for_turn(bench: Path, place: Path, every_s: float) -> int | None:
+    """The open lock under which one run of a bench works at a time, in their order;
+    None where this one was stopped before."""
+    while not is_stopped(place):
+        *_, first = [r.folder for r in all_runs(bench) if r.status == WAITING]
+        turn = open_lock(place.parent / "turn") if first == place else None
+        if turn is not None:
+            return turn
+        time.sleep(every_s)
+    return None
 
 
-def _queue(bench: Path) -> AbstractContextManager[None]:
-    """Pages and runners that ask at once wait for each other."""
-    return locked(lock_name(bench, "queue"))
-
-
-def _advance(bench: Path, folder: Folder) -> None:
-    """Start the oldest waiting run of the bench if none is running, with the queue
-    held. The runner inherits the lock that shows that it
-    runs, and with it the command."""
-    lock = open_lock(lock_name(bench, "run"), fcntl.LOCK_EX | fcntl.LOCK_NB)
-    if lock is None:
+def _start(place: Path, bench: Path, folder: Folder) -> None:
+    """Start the runner, which inherits the lock that shows that it is there, and with
+    it the command."""
+    lock = open_lock(place / "lock")
+    if lock is None:  # it works, or waits
         return
     try:
-        for place in _places(bench, folder):
-            job = read_job(place)
-            if job and is_ours(job, place) and not (job.launched or job.stopped):
-                _launch(job, place, folder, lock)
-                return
+        for name in ("stop", "state.json"):
+            (place / name).unlink(missing_ok=True)
+        subprocess.Popen(
+            [*RUNNER, *map(str, (folder.root.absolute(), bench, place, lock))],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            cwd=place,
+            start_new_session=True,
+            pass_fds=[lock],
+        )
     finally:
         os.close(lock)
 
 
-def _launch(job: Job, place: Path, folder: Folder, lock: int) -> None:
-    (place / "state.json").unlink(missing_ok=True)
-    _write(job.model_copy(update={"launched": time.time()}), place, place)
-    os.ftruncate(lock, 0)
-    os.pwrite(lock, place.name.encode(), 0)
-    subprocess.Popen(
-        [*RUNNER, str(folder.root.absolute()), str(place.absolute()), str(lock)],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        cwd=private_folder(),
-        start_new_session=True,
-        pass_fds=[lock],
-    )
+def _read(place: Path) -> Run:
+    job, log, file = read_job(place), place / "log.txt", place / "state.json"
+    state = State.model_validate_json(file.read_bytes()) if file.exists() else State()
+    took = (state.ended or time.time()) - state.started if state.started else 0.0
+    data = log.read_bytes() if log.exists() else b""
+    printed = data[-SHOWN_LOG:].decode("utf8", "replace")
+    status = _status(place, state)
+    return Run(place, job.command, job.options, status, state.progress, printed, took)
 
 
-def _current(bench: Path) -> str | None:
-    """The name of the run that holds the bench's lock, None where none does."""
-    name = lock_name(bench, "run")
-    lock = open_lock(name, fcntl.LOCK_EX | fcntl.LOCK_NB)
+def _status(place: Path, state: State) -> str:
+    lock = open_lock(place / "lock")
     if lock is None:
-        return lock_file(name).read_text(encoding="utf8")
+        return RUNNING if state.started else WAITING
     os.close(lock)
-    return None
-
-
-def _read(place: Path, current: str | None) -> Run:
-    job = read_job(place)
-    try:
-        state = State.model_validate(read_json(place / "state.json"))
-    except ValidationError:
-        state = State()
-    log, status = _end_of(place / "log.txt"), _status(place, job, state, current)
-    if job is None:
-        return Run(place, place.name.partition("-")[2], (), status, "", log, 0.0)
-    began = state.started or job.launched
-    took = (state.ended or time.time()) - began if began else 0.0
-    progress = state.progress[:SHOWN_PROGRESS]
-    return Run(place, job.command, job.options, status, progress, log, took)
-
-
-def _status(place: Path, job: Job | None, state: State, current: str | None) -> str:
-    if job is None:
-        return UNREADABLE
     if state.code == 0:
         return DONE
-    if not is_ours(job, place):
-        return ELSEWHERE
-    if state.code is not None:
-        return STOPPED if job.stopped else FAILED
-    if job.launched and current == place.name:
-        return RUNNING
-    if job.stopped:
+    if is_stopped(place):
         return STOPPED
-    return BROKEN if job.launched or current is None else WAITING
+    return BROKEN if state.code is None else FAILED
 
 
-def _end_of(log: Path) -> str:
-    """The last SHOWN_LOG bytes of a log, a link's never."""
-    if log.is_symlink() or not log.is_file():
-        return ""
-    with log.open("rb") as file:
-        file.seek(max(0, log.stat().st_size - SHOWN_LOG))
-        return file.read(SHOWN_LOG).decode("utf8", "replace")
-
-
-def _places(bench: Path, folder: Folder) -> list[Path]:
+def _places(runs: Path) -> list[Path]:
     """The folders of the bench's runs, the oldest first."""
-    runs = folder.results(bench) / RUNS
-    if runs.is_symlink() or not runs.is_dir():
-        return []
-    found = [
-        p
-        for p in runs.iterdir()
-        if NAME.fullmatch(p.name) and p.is_dir() and not p.is_symlink()
-    ]
-    return sorted(found, key=lambda p: (int(p.name.split("-")[0]), p.name))
-
-
-def _next_number(runs: Path) -> int:
-    """After the last; whatever has a number, a run or not, keeps it."""
-    taken = {int(m[1]) for p in runs.iterdir() if (m := NAME.fullmatch(p.name))}
-    number = max((n for n in taken if n < 10**8), default=0) + 1
-    while number in taken:
-        number += 1
-    return number
-
-
-def _write(job: Job, where: Path, place: Path) -> None:
-    """Write job.json into `where`, signed for `place`, to which it may be moved."""
-    signed = signature(_signed_content(job, where, place))
-    told = job.model_copy(update={"signature": signed}).model_dump(mode="json")
-    write_whole(where / "job.json", json.dumps(told))
-
-
-def _signed_content(job: Job, where: Path, place: Path) -> list:
-    """All of the job, and the folder that it stands in: its path, which a copy has not,
-    and its number on the disk, which what is unpacked there has not."""
-    told = job.model_dump(mode="json", exclude={"signature"})
-    return [told, str(place.parent.resolve() / place.name), where.stat().st_ino]
+    found = (p for p in runs.iterdir() if NAME.fullmatch(p.name))
+    return sorted(found, key=lambda p: int(p.name.split("-")[0]))

@@ -19,9 +19,8 @@ from fastapi.staticfiles import StaticFiles
 
 from benchtwin.page import pictures
 from benchtwin.page.downloads import card_files, packed_bench, sheet, zipped
-from benchtwin.page.folder import INCOMING, MARK, RESULTS, Folder, Refused
+from benchtwin.page.folder import MARK, RESULTS, Folder, Refused
 from benchtwin.page.guard import Entrance, Guard
-from benchtwin.page.private import lock_name, take_part
 from benchtwin.page.results import next_recordings
 from benchtwin.page.site import Site
 from benchtwin.page.sound_impacts import waveform
@@ -52,20 +51,18 @@ NO_SCRIPTS = (
 )
 
 
-def application(folder: Folder, port: int, entrance: Entrance) -> Guard:
-    """The whole server for one folder."""
+def application(folder: Folder, port: int, entrance: Entrance, incoming: Path) -> Guard:
+    """The whole server for one folder; incoming: where files are on their way."""
     from nicegui import ui
 
     from benchtwin.page.views import pages
 
-    # two pages on one folder: the second leaves alone what the first is receiving
-    take_part(lock_name(folder.root, "incoming"), alone=folder.clear_incoming)
     site = Site(folder)
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     for kind in (Refused, MeasurementError, OSError):
         app.exception_handler(kind)(_refused)
     app.mount("/static", StaticFiles(directory=Path(__file__).parent / "static"))
-    _files(app, site)
+    _files(app, site, incoming)
     _pictures(app, site)
     pages(site)
     ui.run_with(
@@ -82,7 +79,7 @@ async def _refused(_: Request, error: Exception) -> Response:
     return PlainTextResponse(str(error), status_code=422)
 
 
-def _files(app: FastAPI, site: Site) -> None:
+def _files(app: FastAPI, site: Site, incoming: Path) -> None:
     folder = site.folder
 
     @app.put("/upload/{batch}")
@@ -93,8 +90,8 @@ def _files(app: FastAPI, site: Site) -> None:
         if wrong or ".." in name.split("/"):
             raise Refused(f"{name[:80]!r} is not a name for a file here")
         check(name, int(request.headers.get("content-length", 0)), folder)
-        place = folder.root / INCOMING / batch
-        place.mkdir(parents=True, exist_ok=True)
+        place = incoming / batch
+        place.mkdir(exist_ok=True)
         file = place / secrets.token_hex(8)
         try:
             await _receive(request, file, name, folder)
@@ -110,12 +107,12 @@ def _files(app: FastAPI, site: Site) -> None:
     def sort(batch: str, bench: str) -> Response:
         try:
             arrived = site.batches.pop(batch, [])
-            placed = place_files(arrived, folder.inside(bench), folder)
+            placed = place_files(arrived, folder.inside(bench))
         except (Refused, OSError) as error:
             placed = Placed([], [str(error)])
         finally:
             if BATCH.fullmatch(batch):
-                shutil.rmtree(folder.root / INCOMING / batch, ignore_errors=True)
+                shutil.rmtree(incoming / batch, ignore_errors=True)
         made = [folder.name_of(p) for p in placed.made]
         where = f"/recording?r={quote(made[0])}" if len(made) == 1 else None
         return JSONResponse({"refused": placed.refused, "open": where, "made": made})
@@ -146,7 +143,7 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/zip")
     def packed(bench: str) -> Response:
         path = folder.inside(bench)
-        file, name = packed_bench(path, folder), f"{path.name}.zip"
+        file, name = packed_bench(path, incoming), f"{path.name}.zip"
         return FileResponse(file, filename=name, media_type="application/zip")
 
     @app.get("/cards")

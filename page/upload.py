@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchtwin.bench.rigs import READING_COLUMNS
-from benchtwin.page.folder import Folder, Refused, clean_name, numbered, whole_folder
+from benchtwin.bench.whole_file import new_folder
+from benchtwin.page.folder import Folder, Refused, clean_name, numbered
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
     PHOTOS,
@@ -77,7 +78,7 @@ def check(name: str, size: int, folder: Folder) -> None:
         )
 
 
-def place_files(arrived: Iterable[ReceivedFile], bench: Path, folder: Folder) -> Placed:
+def place_files(arrived: Iterable[ReceivedFile], bench: Path) -> Placed:
     """Move the files into recordings of `bench`; nothing is replaced, and what cannot
     be placed keeps nothing else from its place."""
     arrived, made, refused = list(arrived), [], []
@@ -90,7 +91,7 @@ def place_files(arrived: Iterable[ReceivedFile], bench: Path, folder: Folder) ->
     for group in groups(arrived):
         try:
             target = _free(bench, group.folder)
-            with whole_folder(target, folder.root) as part:
+            with new_folder(target) as part:
                 _fill(part, group)
             made.append(target)
         except (Refused, OSError) as error:

@@ -8,17 +8,7 @@ from nicegui import ui
 
 from benchtwin.page import runs
 from benchtwin.page.folder import Refused
-from benchtwin.page.runs import (
-    BROKEN,
-    DONE,
-    ELSEWHERE,
-    FAILED,
-    RUNNING,
-    STOPPED,
-    UNREADABLE,
-    WAITING,
-    Run,
-)
+from benchtwin.page.runs import BROKEN, DONE, FAILED, RUNNING, STOPPED, WAITING, Run
 from benchtwin.page.site import Site
 from benchtwin.page.views.frame import errors_shown
 
@@ -42,10 +32,8 @@ ASKS = {  # by the button: command, options, what for
         "is anything in the recordings that no parameter explains?",
     ),
 }
-COLOURS = {DONE: "good", RUNNING: "", WAITING: "soft"}
-COLOURS |= dict.fromkeys((STOPPED, BROKEN, ELSEWHERE), "doubtful")
-COLOURS |= dict.fromkeys((FAILED, UNREADABLE), "failed")
-GOES_ON = {STOPPED: "Go on", BROKEN: "Go on", FAILED: "Go on", ELSEWHERE: "Run here"}
+COLOURS = {DONE: "good", RUNNING: "", WAITING: "soft", FAILED: "failed"}
+COLOURS |= dict.fromkeys((STOPPED, BROKEN), "doubtful")
 
 
 def panel(site: Site, bench: Path) -> None:
@@ -67,7 +55,7 @@ def panel(site: Site, bench: Path) -> None:
 
     @ui.refreshable
     def listed() -> None:
-        found = runs.all_runs(bench, site.folder)
+        found = runs.all_runs(bench)
         if not found:
             ui.label("No run yet.").classes("soft")
         for one in found:
@@ -81,7 +69,7 @@ def panel(site: Site, bench: Path) -> None:
         try:
             now = [
                 (r.folder.name, r.status, r.progress, len(r.log), int(r.took_s))
-                for r in runs.all_runs(bench, site.folder)
+                for r in runs.all_runs(bench)
                 if r.status in (RUNNING, WAITING)
             ]
         except (OSError, Refused):
@@ -120,9 +108,8 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
             ui.space()
             if one.status in (RUNNING, WAITING):
                 ui.button("Stop", on_click=stop).props("flat dense")
-            if one.status in GOES_ON:
-                label = GOES_ON[one.status]
-                ui.button(label, on_click=resume).props("flat dense")
+            if one.status in (STOPPED, BROKEN, FAILED):
+                ui.button("Go on", on_click=resume).props("flat dense")
         if one.status == RUNNING:
             part = re.search(r"\b(\d{1,9})/(\d{1,9})\b", one.progress)
             share = int(part[1]) / max(int(part[2]), 1) if part else 0.0

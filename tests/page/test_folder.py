@@ -6,14 +6,13 @@ import os
 
 import pytest
 
-from benchtwin.bench.whole_file import write_whole
+from benchtwin.bench.whole_file import new_folder, write_whole
 from benchtwin.page.folder import (
     MARK,
     RESULTS,
     Folder,
     Refused,
     clean_name,
-    whole_folder,
 )
 
 OUT = (
@@ -95,12 +94,12 @@ def test_clean_names(name, clean):
 def test_a_folder_that_is_interrupted_never_appears(folder):
     with (
         pytest.raises(RuntimeError),
-        whole_folder(folder.root / "new", folder.root) as part,
+        new_folder(folder.root / "new") as part,
     ):
         (part / "file").write_text("half")
         raise RuntimeError
     assert not (folder.root / "new").exists()
-    with pytest.raises(Refused), whole_folder(folder.root / "a", folder.root):
+    with pytest.raises(FileExistsError), new_folder(folder.root / "a"):
         pass
     assert (folder.root / "a").is_dir()
 

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 
 from benchtwin.page import toml_file
-from benchtwin.page.folder import INCOMING, Folder
+from benchtwin.page.folder import INCOMING
 from benchtwin.page.upload import ReceivedFile, place_files
 
 KILLS = 50
@@ -29,7 +29,7 @@ def save_forever(root: Path, start: int, told) -> None:
         for name in ("a.jpg", "b.jpg"):
             (incoming / name).write_bytes(LARGE)
             arrived.append(ReceivedFile(f"run/{name}", incoming / name))
-        place_files(arrived, root, Folder(root))
+        place_files(arrived, root)
 
 
 def test_nothing_saved_is_lost_and_nothing_is_half(tmp_path):
@@ -62,5 +62,3 @@ def test_nothing_saved_is_lost_and_nothing_is_half(tmp_path):
     assert (
         len(list(tmp_path.glob("run*"))) > KILLS / 5
     )  # it did not stop before the work began
-    Folder(tmp_path).clear_incoming()
-    assert not (tmp_path / INCOMING).exists()

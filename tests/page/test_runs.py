@@ -14,10 +14,9 @@ import pytest
 
 from benchtwin.page import runs
 from benchtwin.page.folder import Folder, Refused
+from benchtwin.page.private import locked
 from benchtwin.twin.bench_folder import hashes
 from benchtwin.vision.find_recordings import find_recordings
-
-from .queue_access import advance, read_run
 
 RUNNER = """
 # The runner, with a command that shows progress until the file `done` is in the bench.
@@ -25,10 +24,10 @@ import sys
 from pathlib import Path
 from benchtwin.page import runner, runs
 
-runs.RUNNER = (sys.executable, __file__)
 sleeper = str(Path(__file__).with_name("sleeper.py"))
 runs.command_line = lambda job, bench: [sys.executable, sleeper, str(bench / "done")]
-sys.exit(runner.main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])))
+root, bench, place = map(Path, sys.argv[1:4])
+sys.exit(runner.main(root, bench, place, int(sys.argv[4])))
 """
 SLEEPER = """
 import signal, sys, time, pathlib
@@ -74,6 +73,12 @@ def queued(bench, folder) -> Path:
     return runs.enqueue(bench, "measure", (), folder).folder
 
 
+def read_run(place: Path) -> runs.Run:
+    """A run as its folder stands, as a page reads it among others."""
+    with locked(place.parent / "reading"):
+        return runs._read(place)
+
+
 def until(condition, seconds: float = 90.0):
     end = time.time() + seconds
     while not condition():
@@ -84,7 +89,6 @@ def until(condition, seconds: float = 90.0):
 def test_one_at_a_time_with_progress_and_log(bench, folder, slow):
     first, second = queued(bench, folder), queued(bench, folder)
     until(lambda: "/600" in read_run(first).progress)
-    advance(bench, folder)
     assert (read_run(first).status, read_run(second).status) == (
         runs.RUNNING,
         runs.WAITING,
@@ -95,9 +99,8 @@ def test_one_at_a_time_with_progress_and_log(bench, folder, slow):
         read_run(first).log == "part" + read_run(first).log[4:]
         and "finished" in read_run(first).log
     )
-    advance(bench, folder)
     until(lambda: read_run(second).status == runs.DONE)
-    assert [r.number for r in runs.all_runs(bench, folder)] == [2, 1]
+    assert [r.number for r in runs.all_runs(bench)] == [2, 1]
 
 
 def test_stopped_it_says_so_and_goes_on(bench, folder, slow):
@@ -127,10 +130,8 @@ def test_a_waiting_run_is_taken_from_the_queue(bench, folder, slow):
     runs.stop(read_run(second))
     (bench / "done").touch()
     until(lambda: read_run(first).status == runs.DONE)
-    assert (read_run(second).status, read_run(second).log) == (
-        runs.STOPPED,
-        "",
-    )
+    until(lambda: read_run(second).status == runs.STOPPED)
+    assert read_run(second).log == ""
 
 
 def processes(place: Path) -> list[psutil.Process]:
@@ -146,13 +147,14 @@ def processes(place: Path) -> list[psutil.Process]:
 def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder, slow):
     place, waiting = queued(bench, folder), queued(bench, folder)
     until(lambda: "/600" in read_run(place).progress)
-    for process in processes(place):
+    for process in (*processes(waiting), *processes(place)):
         process.kill()
     until(lambda: read_run(place).status == runs.BROKEN)
-    assert read_run(waiting).status == runs.BROKEN  # nobody will start it
+    until(lambda: read_run(waiting).status == runs.BROKEN)
     assert "finished" not in read_run(place).log
     (bench / "done").touch()
-    runs.resume(read_run(place), bench, folder)
+    for one in (place, waiting):
+        runs.resume(read_run(one), bench, folder)
     for one in (place, waiting):
         until(lambda one=one: read_run(one).status == runs.DONE)
         assert "finished" in read_run(one).log
@@ -181,10 +183,10 @@ def test_two_pages_that_ask_at_once_start_one(bench, folder, slow):
         asked = [pages.submit(queued, bench, folder) for _ in range(6)]
     places = sorted(a.result() for a in asked)
     assert [p.name for p in places] == [f"{n:04d}-measure" for n in range(1, 7)]
-    statuses = [read_run(p).status for p in places]
-    assert sorted(statuses) == [runs.RUNNING, *[runs.WAITING] * 5]
+    expected = [runs.RUNNING, *[runs.WAITING] * 5]
+    until(lambda: sorted(read_run(p).status for p in places) == expected)
     (bench / "done").touch()
-    until(lambda: all(r.status == runs.DONE for r in runs.all_runs(bench, folder)), 60)
+    until(lambda: all(r.status == runs.DONE for r in runs.all_runs(bench)), 60)
     ends = [json.loads((p / "state.json").read_text()) for p in places]
     ends.sort(key=lambda state: state["started"])
     assert all(a["ended"] <= b["started"] for a, b in itertools.pairwise(ends))
@@ -209,7 +211,23 @@ def test_an_ordinary_command_runs(bench, folder):
     ):
         with pytest.raises(Refused):
             runs.enqueue(bench, command, options, folder)
-    assert len(runs.all_runs(bench, folder)) == 1
+    assert len(runs.all_runs(bench)) == 1
+
+
+def test_runs_are_no_part_of_a_bench(bench, folder):
+    """Nothing of them travels with it: a copy has none, and what a bench brings along
+    is none."""
+    run = runs.enqueue(bench, "measure", (), folder)
+    until(lambda: read_run(run.folder).status == runs.FAILED)  # it holds no recording
+    names = [p.name for p in bench.rglob("*")]
+    assert names == ["results", ".results"] or "runs" not in names
+    copy = bench.with_name("copy")
+    shutil.copytree(bench, copy)
+    forged = copy / "results" / "runs" / "0001-measure"
+    forged.mkdir(parents=True)
+    shutil.copytree(run.folder, forged, dirs_exist_ok=True)
+    assert runs.all_runs(copy) == []
+    assert not run.folder.stat().st_mode & 0o022
 
 
 def test_a_diagnosis_is_left_in_the_bench_and_is_no_recording_of_it(tmp_path):

@@ -22,7 +22,7 @@ def drop(tmp_path):
     the pictures that are given."""
     root = tmp_path / "bench"
     root.mkdir()
-    folder, count = Folder(root), iter(range(1000))
+    count = iter(range(1000))
 
     def placed(names, text=None, pictures=None):
         arrived = []
@@ -33,7 +33,7 @@ def drop(tmp_path):
             else:
                 file.write_text(text or name)
             arrived.append(ReceivedFile(name, file))
-        return place_files(arrived, root, folder)
+        return place_files(arrived, root)
 
     def dropped(*args, **keys):
         done = placed(*args, **keys)
