@@ -1,5 +1,4 @@
-"""Reads the results of a bench for the page: explanations, posterior, what to record
-next."""
+"""Reads the results of a bench for the page: calibrated values, what to record next."""
 
 import json
 from collections.abc import Iterator
@@ -7,7 +6,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from benchtwin.bench.numbers import with_interval
@@ -18,31 +16,14 @@ from benchtwin.page.folder import RESULTS, Refused
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
 
-DIAGNOSE_AGAIN = "diagnosed by an older version; diagnose again for a verdict in words"
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES = "it would settle what is missing"
 SHOWS_MORE = "nothing that matters is missing so far; it would show more"
-MOST_DRAWS = 1500
-MOST_EXPLANATIONS = 8
 MOST_BYTES = 200_000_000  # of a file of results
 SPOILT = (
     *(ArithmeticError, AttributeError, LookupError, TypeError, ValueError),
     *(MemoryError, RecursionError),
 )
-LEAST_PROBABILITY = 0.005  # of an explanation that is shown
-
-
-@dataclass(frozen=True)
-class Explained:
-    """A rig's diagnosis: its sentence, and the tone in which it is said (`tone` of
-    diagnose.words)."""
-
-    rig: str
-    sentence: str
-    tone: str
-    explanations: tuple[tuple[tuple[str, ...], float], ...]
-    next_record: str
-    matters: bool
 
 
 @dataclass(frozen=True)
@@ -61,14 +42,6 @@ class Calibrated:
     value: str
     status: str
     known: bool
-
-
-@dataclass(frozen=True)
-class Cloud:
-    """Draws of a posterior (n, k) with the names of their columns."""
-
-    names: tuple[str, ...]
-    draws: np.ndarray
 
 
 @contextmanager
@@ -96,32 +69,6 @@ def told(file: Path) -> dict:
     return dict(json.loads(file.read_text(encoding="utf8")))
 
 
-def explained(results: Path) -> list[Explained]:
-    """The rigs of the last diagnosis, the most probable explanation first. Refused
-    where it cannot be read."""
-    with read(results / DIAGNOSED / "diagnosis.json") as file:
-        return [
-            _explained(str(rig), found)
-            for rig, found in told(file).get("rigs", {}).items()
-        ]
-
-
-def _explained(rig: str, found: dict) -> Explained:
-    from benchtwin.diagnose.words import missing  # takes seconds to load
-
-    listed = [
-        (
-            tuple(missing(e, rig) for e in one["effects"]),
-            min(float(one["probability"]), 1.0),
-        )
-        for one in found["explanations"][:MOST_EXPLANATIONS]
-        if one["probability"] >= LEAST_PROBABILITY
-    ]
-    said, tone = found.get("sentence") or DIAGNOSE_AGAIN, found.get("tone", "open")
-    then, matters = found["next_record"] or "", bool(found["matters"])
-    return Explained(rig, str(said), str(tone), tuple(listed), str(then), matters)
-
-
 def calibrated(results: Path) -> list[Calibrated]:
     """The parameters of the last calibration with their 95 % intervals. Refused where
     it cannot be read."""
@@ -137,20 +84,6 @@ def calibrated(results: Path) -> list[Calibrated]:
         ]
 
 
-def posterior(results: Path) -> Cloud | None:
-    """The draws of the last calibration; None where there are none. Refused where they
-    cannot be read."""
-    with read(results / CALIBRATED / "tables" / "posterior.csv") as file:
-        held = table(file)
-        if held is None or held.shape[1] < 2:
-            return None
-        held = held.iloc[:: max(1, len(held) // MOST_DRAWS)]
-        draws = held.to_numpy(float)
-        if not (len(draws) and np.isfinite(draws).all()):
-            raise ValueError("not numbers")
-        return Cloud(tuple(in_words(c) for c in held.columns), draws)
-
-
 def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
     """What to record next by what it is for; only headings that have something. Refused
     where a file of it cannot be read."""
@@ -163,13 +96,8 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
         narrowing = _tests(table(file))
     with read(results / MEASURED / "measurements.csv") as file:
         again = _again(table(file))
-    apart = [
-        ToRecord(
-            f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE
-        )
-        for one in sorted(explained(results), key=lambda one: not one.matters)
-        if one.next_record
-    ]
+    with read(results / DIAGNOSED / "diagnosis.json") as file:
+        apart = _telling_apart(told(file).get("rigs", {}))
     lists = {
         "Not calibrated yet": gone,
         "To narrow the parameters": narrowing,
@@ -188,6 +116,16 @@ def _tests(table: pd.DataFrame | None) -> list[ToRecord]:
             gain_in_words(row.variance_left_after, with_others=k > 0),
         )
         for k, row in enumerate(worth_it(table).itertuples())
+    ]
+
+
+def _telling_apart(rigs: dict[str, dict]) -> list[ToRecord]:
+    """What each rig's diagnosis asks for; first what would settle what matters."""
+    asked = sorted(rigs.items(), key=lambda entry: not entry[1]["matters"])
+    return [
+        ToRecord(f"{rig}: {f['next_record']}", SETTLES if f["matters"] else SHOWS_MORE)
+        for rig, f in asked
+        if f["next_record"]
     ]
 
 

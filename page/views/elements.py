@@ -1,13 +1,11 @@
-"""Parts of a page that the browser draws itself: a picture with overlays, a waveform, a
-posterior, recording beside twin."""
+"""Parts of a page that the browser draws itself: a picture with overlays, a waveform,
+recording beside twin."""
 
 from collections.abc import Callable
 from typing import Any
 
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
-
-from benchtwin.page import results
 
 
 class Picture(Element, component="../static/look.js"):
@@ -78,16 +76,6 @@ class Wave(Element, component="../static/wave.js"):
         """Change what is marked."""
         self._props["marks"] = marks
         self.update()
-
-
-class PosteriorCloud(Element, component="../static/cloud.js"):
-    """A posterior's draws over two or three parameters, as a cloud that can be
-    turned."""
-
-    def __init__(self, cloud: results.Cloud):
-        super().__init__()
-        draws = [[float(f"{v:.5g}") for v in row] for row in cloud.draws]
-        self._props.update(names=list(cloud.names), draws=draws)
 
 
 class SideBySide(Element, component="../static/side_by_side.js"):

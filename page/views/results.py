@@ -1,5 +1,4 @@
-"""Results of a bench: reports, bench beside twin, posterior, explanations, what to
-record next, downloads."""
+"""Results of a bench: reports, bench beside twin, what to record next, downloads."""
 
 import html
 from collections.abc import Callable
@@ -18,7 +17,6 @@ from benchtwin.page.folder import Refused
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
-from benchtwin.page.views.elements import PosteriorCloud
 from benchtwin.page.views.frame import tabs
 from benchtwin.page.views.numbers import in_words
 from benchtwin.report.numbers import words
@@ -33,7 +31,6 @@ COLUMNS = (
     *("mean", "n", "scatter", "far from the others"),
 )
 T = TypeVar("T")
-TONES = {"sure": "text-positive", "open": "", "quiet": "soft"}  # else "text-warning"
 
 
 def panel(site: Site, bench: Path, part: str) -> None:
@@ -101,10 +98,6 @@ def _parts(
     for file, heading in REPORTS:
         if (left / file).is_file():
             parts[heading] = partial(_framed, site, left / file, heading)
-    if (cloud := or_said(lambda: results.posterior(left), None)) is not None:
-        parts["Posterior"] = partial(PosteriorCloud, cloud)
-    if found := or_said(lambda: results.explained(left), []):
-        parts["Explanations"] = partial(_explanations, found)
     if to_record := or_said(lambda: results.next_recordings(left), {}):
         parts["What to record next"] = partial(
             _next, to_record, f"/next?bench={quote(site.folder.name_of(bench))}"
@@ -129,24 +122,6 @@ def _framed(site: Site, file: Path, heading: str) -> None:
     ui.element("iframe").classes("report").props(
         f'src="{address}" sandbox="{sandbox}" title="{heading}"'
     )
-
-
-def _explanations(found: list[results.Explained]) -> None:
-    """A bar an explanation, as long as it is probable."""
-    from benchtwin.diagnose.words import percent
-
-    for one in found:
-        with ui.column().classes("w-full gap-1 q-mb-md"):
-            said = ui.label(f"{one.rig.capitalize()}: {one.sentence}.")
-            said.classes(f"text-lg {TONES.get(one.tone, 'text-warning')}")
-            for effects, share in one.explanations:
-                with ui.row().classes("items-center w-full no-wrap"):
-                    ui.label(percent(share)).classes("w-16 shrink-0 text-right")
-                    bar = ui.linear_progress(share, show_value=False)
-                    bar.classes("share").props("aria-hidden=true")
-                    missing = " and ".join(effects)
-                    words = ui.label(missing or "nothing is missing")
-                    words.classes("grow anywhere")
 
 
 def _next(to_record: dict[str, list[results.ToRecord]], address: str) -> None:

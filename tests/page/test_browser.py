@@ -516,30 +516,6 @@ def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrate
     assert not window.troubles()
 
 
-def test_the_posterior_turns_and_explanations_have_their_probabilities(
-    window, calibrated
-):
-    window.go("/bench?b=.&tab=Results")
-    window.press("Posterior")
-    canvas = window.until(lambda: window.all(".cloud canvas"))[0]
-    drawn = "return arguments[0].toDataURL()"
-    window.until(lambda: len(window.driver.execute_script(drawn, canvas)) > 20_000)
-    before = window.driver.execute_script(drawn, canvas)
-    canvas.send_keys("\ue014\ue014")
-    window.until(lambda: window.driver.execute_script(drawn, canvas) != before)
-    chosen = (
-        "const s = document.querySelectorAll('.cloud select')[2]; s.value = -1;"
-        " s.dispatchEvent(new Event('change'))"
-    )
-    window.driver.execute_script(chosen)
-    window.until(lambda: "turn it" not in window.text(".cloud"))
-    window.press("Explanations")
-    window.until(
-        lambda: "93 %" in window.text() and "air drag is missing" in window.text()
-    )
-    assert not window.troubles()
-
-
 def test_a_sound_linked_from_outside_the_folder_is_refused(window, tmp_path):
     secret = tmp_path / "secret"
     secret.write_text("no sound")
@@ -625,7 +601,7 @@ def test_no_page_is_wider_than_the_window(window, calibrated, width):
     )
     size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     window.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    parts = ("Posterior", "Explanations", "What to record next", "Bench and twin")
+    parts = ("Calibration", "What to record next", "Bench and twin")
     pages = [
         "/",
         "/bench?b=.&tab=What%20holds%20for%20all",
@@ -951,21 +927,6 @@ def test_a_report_draws_itself_and_reaches_nothing_elsewhere(window):
         server.shutdown()
         (results / "report.html").unlink()
         window.driver.get_log("browser")  # it complains, as it should
-
-
-def test_what_was_asked_for_elsewhere_runs_on_a_click(window, tmp_path):
-    """A bench with a forged run, opened by the address in a file."""
-    mark, place = tmp_path / "mark", window.folder / "results" / "runs" / "0900-measure"
-    place.mkdir(parents=True)
-    job = {"command": "measure", "options": [], "arguments": ["touch", str(mark)]}
-    (place / "job.json").write_text(json.dumps(job))
-    window.go("/bench?b=.&tab=Run")
-    window.until(lambda: "asked for elsewhere" in window.text())
-    time.sleep(2)
-    assert len(list(place.iterdir())) == 1
-    window.press("Run here")
-    window.until(lambda: (place.with_name("0901-measure") / "state.json").is_file(), 60)
-    assert not mark.exists() and len(list(place.iterdir())) == 1
 
 
 def test_the_page_opens_from_a_file_that_holds_the_key(serve, tmp_path):

@@ -1,5 +1,5 @@
-"""Results as the page shows them: explanations, posterior, what to record next, cards,
-the zip, recordings beside their twins."""
+"""Results as the page shows them: what to record next, cards, the zip, recordings
+beside their twins."""
 
 import json
 import shutil
@@ -59,38 +59,13 @@ def bench(tmp_path, calibrated) -> Path:
 def diagnosis(left: Path, **more) -> None:
     found = {
         "verdict": "class",
-        "sentence": "air drag is missing (70 %), not for certain",
-        "tone": "class",
-        "p_global": 1e-7,
         "matters": True,
         "next_record": "a drop from twice the height",
-        "explanations": [
-            {"effects": ["drag"], "probability": 0.7},
-            {"effects": ["drag", "plate-tilt"], "probability": 0.2},
-            {"effects": [], "probability": 0.001},
-        ],
     }
     (left / "diagnosed").mkdir()
     (left / "diagnosed" / "diagnosis.json").write_text(
         json.dumps({"rigs": {"drop": found | more}})
     )
-
-
-def test_explanations_come_in_words_and_without_the_hopeless(bench):
-    diagnosis(bench / "results")
-    (drop,) = results.explained(bench / "results")
-    assert [*drop.explanations] == [
-        (("air drag is missing",), 0.7),
-        (("air drag is missing", "the plate is tilted"), 0.2),
-    ]
-    told = drop.sentence, drop.tone
-    assert told == ("air drag is missing (70 %), not for certain", "class")
-
-
-def test_a_diagnosis_of_an_older_version_says_so(bench):
-    diagnosis(bench / "results", sentence=None, tone="open")
-    (drop,) = results.explained(bench / "results")
-    assert "diagnose again" in drop.sentence
 
 
 def test_what_to_record_next_is_gathered_and_escaped_on_paper(bench):
@@ -157,16 +132,6 @@ def test_what_was_not_calibrated_is_listed_with_its_reason(tmp_path):
     )
 
 
-def test_the_posterior_has_its_draws(bench):
-    cloud = results.posterior(bench / "results")
-    whole = pd.read_csv(bench / "results" / "calibrated" / "tables" / "posterior.csv")
-    assert (
-        len(cloud.names) == whole.shape[1]
-        and 0 < len(cloud.draws) <= 2 * results.MOST_DRAWS
-    )
-    assert np.allclose(cloud.draws.mean(axis=0), whole.mean(), rtol=0.05)
-
-
 def test_cards_are_those_of_the_command(bench, tmp_path):
     left, out = bench / "results", tmp_path / "cards"
     command = [
@@ -192,7 +157,7 @@ def test_the_unpacked_zip_is_the_bench_and_its_results_are_no_recordings(
 ):
     left = bench / "results" / "calibrated"
     shutil.copytree(bench / "drop-phone", left / "twin" / "drop" / "key")
-    file = packed_bench(bench, Folder(tmp_path))
+    file = packed_bench(bench, tmp_path)
     with zipfile.ZipFile(file) as pack:
         pack.extractall(tmp_path / "elsewhere")
     there = tmp_path / "elsewhere" / "bench"
@@ -269,7 +234,6 @@ SPOILT = {
 }
 FILES = (
     "calibrated/result.json",
-    "calibrated/tables/posterior.csv",
     "calibrated/tables/next_tests.csv",
     "diagnosed/diagnosis.json",
     "measured/measurements.csv",
@@ -287,12 +251,10 @@ def test_a_spoilt_result_is_read_or_refused_with_one_sentence(bench, file, how):
     folder = Folder(bench.parent)
     for read in (
         lambda: results.calibrated(left),
-        lambda: results.posterior(left),
-        lambda: results.explained(left),
         lambda: results.next_recordings(left),
         lambda: pairs_of(bench, folder),
         lambda: downloads.card_files(left, "edem"),
-        lambda: packed_bench(bench, folder),
+        lambda: packed_bench(bench, bench.parent),
     ):
         try:
             read()
