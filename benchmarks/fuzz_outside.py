@@ -50,7 +50,6 @@ CALIBRATED = RESULT | {"parameters": STATED, "not_calibrated": {"pile": "no phot
 LEFT = {  # below results/, and how its cells are parted
     "calibrated/result.json": (json.dumps(CALIBRATED, indent=1).encode(), ":"),
     "diagnosed/diagnosis.json": (json.dumps(DIAGNOSIS, indent=1).encode(), ":"),
-    "calibrated/tables/posterior.csv": (b"restitution,static\n.5,.3\n.51,.29\n", ","),
     "calibrated/tables/next_tests.csv": (
         b"pick,test,variance_left_after\n1,slide,0.6\n2,drop,0.4\n",
         ",",
@@ -134,12 +133,7 @@ def shown(up: int) -> Callable[[Path], bool]:
 
     def read(file: Path) -> bool:
         left, no = file.parents[up], False
-        for what in (
-            results.calibrated,
-            results.posterior,
-            results.explained,
-            results.next_recordings,
-        ):
+        for what in (results.calibrated, results.next_recordings):
             try:
                 what(left)
             except Refused as error:

@@ -197,9 +197,6 @@ def calibrate(
         bool,
         said("Calibrate on the simulations in BENCH/tables instead of simulating."),
     ] = False,
-    twin: Annotated[
-        bool, said("With --tables: simulate what the tables hold, and show both.")
-    ] = False,
     quick: Annotated[
         bool, said("Fewer repeats and piles: minutes, with wider intervals.")
     ] = False,
@@ -252,12 +249,11 @@ def calibrate(
     bench: its folder, or what `measure` found on it: no recording is then read again.
     out: folder for result.json, tables, report and finished simulations; only with
     tables=True may it be left out. tables: calibrate on the simulations in BENCH/tables
-    instead of simulating; twin: simulate what they hold as well. quick: fewer repeats
-    and piles, wider intervals. whole_pile: simulate the pile as described, not a slice
-    of it. next_test: simulate rigs that the bench has not recorded, to tell what they
-    would add. rendered: film every run and measure the pictures. method: "posterior",
-    or "surface": piles by a publication's steps (steepest ascent, Box–Behnken, analysis
-    of variance, optimum).
+    instead of simulating. quick: fewer repeats and piles, wider intervals. whole_pile:
+    simulate the pile as described, not a slice of it. next_test: simulate rigs that the
+    bench has not recorded, to tell what they would add. rendered: film every run and
+    measure the pictures. method: "posterior", or "surface": piles by a publication's
+    steps (steepest ascent, Box–Behnken, analysis of variance, optimum).
     ranges: (low, high) in which to look for a seed–seed parameter; priors: (mean, sd)
     of a parameter known beforehand; both by its name. rng: seed of the random numbers.
     workers: processes that simulate, else one a core; scheduler: tcp://host:port of a
@@ -271,7 +267,6 @@ def calibrate(
     not fit or nothing can be calibrated; RuntimeError where simulations fail."""
     from benchtwin import calibrating as parts
     from benchtwin.calibrate.procedure import calibrate_tables
-    from benchtwin.calibrate.procedure.beside import beside_tables
     from benchtwin.calibrate.procedure.effort import Effort
     from benchtwin.calibrate.procedure.pairs import pairs
     from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
@@ -289,16 +284,15 @@ def calibrate(
         return parts.summary(calibrate_tables(recordings, seed=rng))
     folder = Path(out)
     parts.make_room(recordings, folder, overwrite)
-    if tables and not twin:
+    if tables:
         return parts.written(calibrate_tables(recordings, seed=rng), folder)
     computed = Engine(engine, ranks)
     if scheduler is None:
         computed.ready(workers)
     effort = Effort.asked(
-        method, quick=quick, whole_pile=whole_pile, next_test=next_test, twin=twin
+        method, quick=quick, whole_pile=whole_pile, next_test=next_test
     )
     options = {
-        "twin": twin,
         "rendered": rendered,
         "quick": quick,
         "whole_pile": whole_pile,
@@ -308,9 +302,6 @@ def calibrate(
         "priors": dict(priors or {}),
     }
     prescribed = Prescribed.asked(options | computed.told)
-    printed = calibrate_tables(recordings, seed=rng) if twin else None
-    if printed:
-        prescribed = prescribed.as_tabulated(printed)
     converted: list[str] = []
     with (
         parts.stages(quiet=not progress) as (say, show),
@@ -334,8 +325,7 @@ def calibrate(
             so_far=lambda calibration: parts.report(calibration, folder),
         )
         shown, why = pairs(found, folder / "twin", effort, say, computed)
-    found = found.adding(pairs=shown).saying(*why, *converted)
-    return parts.written(beside_tables(found, printed) if printed else found, folder)
+    return parts.written(found.adding(pairs=shown).saying(*why, *converted), folder)
 
 
 @on_one_blas_thread

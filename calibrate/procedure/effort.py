@@ -39,15 +39,14 @@ class Effort:
 
     @classmethod
     def asked(
-        cls, method: str, *, quick: bool, whole_pile: bool, next_test: bool, twin: bool
+        cls, method: str, *, quick: bool, whole_pile: bool, next_test: bool
     ) -> "Effort":
-        """As the command's options have it; Misuse for a method that is not there.
-        twin: what a publication's tables hold is simulated."""
+        """As the command's options have it; Misuse for a method that is not there."""
         if method not in METHODS:
             raise Misuse(f"--method {method}: one of {', '.join(METHODS)}")
         effort = replace(
             QUICK if quick else FULL,
-            surface=twin or method == "surface",
+            surface=method == "surface",
             unrecorded=next_test,
         )
         return replace(effort, slab=None) if whole_pile else effort

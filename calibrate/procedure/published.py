@@ -9,7 +9,6 @@ from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.procedure.surface import SurfaceFit
 from benchtwin.calibrate.statistics.ascent import check_published, relative_error
-from benchtwin.calibrate.statistics.bench import Verification
 from benchtwin.calibrate.statistics.optimum import stand
 from benchtwin.calibrate.statistics.published_values import compare, flatten
 
@@ -19,14 +18,9 @@ SAME_SHARE = 5e-4  # contributions are printed to three decimals
 VERIFICATION = "relative error of the verification (%)"
 
 
-def check_steel(
-    fit: SteelFit,
-    readings: RigReadings,
-    printed: dict,
-    verified: Verification | None = None,
-) -> pd.DataFrame:
+def check_steel(fit: SteelFit, readings: RigReadings, printed: dict) -> pd.DataFrame:
     """Printed values of a rig beside the recomputed ones: columns of `printed.compare`,
-    items named "drop: …". verified: by simulations of our own, else as printed."""
+    items named "drop: …"."""
     rig, curve = fit.rig, fit.equation
     powers = POWERS[: curve.coefficients.size][::-1]
     ends = (readings.values.min(), readings.values.max())
@@ -42,7 +36,7 @@ def check_steel(
             f"{rig.formula_name}, {which} {what}": v
             for which, v in zip(("least", "greatest"), stated)
         },
-        **_verification(fit, printed, verified),
+        **_verification(fit, printed),
     }
     return _compared(printed.get("printed", {}), recomputed, rig.name)
 
@@ -51,7 +45,6 @@ def check_pile(
     fit: SurfaceFit,
     printed: dict,
     levels: pd.DataFrame,
-    verified: Verification | None = None,
 ) -> tuple[pd.DataFrame, list[str]]:
     """Printed values of the pile beside the recomputed ones, and what the text
     contradicts, as sentences."""
@@ -66,7 +59,7 @@ def check_pile(
         at = stand(fit.surface, optimum, fit.bench.value)
         recomputed["angle at the optimum"] = at.predicted
         recomputed |= {f"optimum, {n}": fit.optimum.point[n] for n in fit.box.names}
-    recomputed |= _verification(fit, printed, verified)
+    recomputed |= _verification(fit, printed)
     tables = [_compared(printed.get("printed", {}), recomputed, where)]
     if "anova" in printed:
         rows = {
@@ -88,12 +81,8 @@ def check_pile(
     return pd.concat(tables, ignore_index=True), _contradictions(fit, printed, levels)
 
 
-def _verification(
-    fit: SteelFit | SurfaceFit, printed: dict, verified: Verification | None
-) -> dict[str, float]:
-    """Relative error of a verification, ours or else the printed one."""
-    if verified is not None:
-        return {VERIFICATION: 100 * verified.relative_error}
+def _verification(fit: SteelFit | SurfaceFit, printed: dict) -> dict[str, float]:
+    """Relative error of the printed verification."""
     if "verification" not in printed:
         return {}
     error = relative_error(printed["verification"]["mean"], fit.bench.value)

@@ -6,7 +6,6 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from benchtwin.bench.exits import Misuse
 from benchtwin.bench.tells import BySurface
@@ -50,18 +49,10 @@ SEEDS = {PILE.name: PILE, **BESIDE}
 @dataclass(frozen=True, kw_only=True)
 class Prescribed:
     """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter:
-    (mean, sd)}; values: where a seed–steel rig is simulated, by rig; path, levels,
-    near: of the steps of a publication (`simulate_surface`); trimmed: how many highest
-    and lowest readings of each rig were left out before; options: what was typed, for
-    the record."""
+    (mean, sd)}; options: what was typed, for the record."""
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     priors: dict[str, tuple[float, float]] = field(default_factory=dict)
-    values: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    path: pd.DataFrame | None = None
-    levels: Box | None = None
-    near: dict[str, float] | None = None
-    trimmed: dict[str, int] = field(default_factory=dict)
     options: dict = field(default_factory=dict)
 
     @classmethod
@@ -76,18 +67,6 @@ class Prescribed:
         except ValueError as error:
             raise Misuse(error) from None
         return cls(ranges=ranges, priors=priors, options=used)
-
-    def as_tabulated(self, printed: Calibration) -> "Prescribed":
-        """The same at the tables' own values, path, design and published optimum."""
-        values = {n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()}
-        trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
-        prescribed = replace(self, values=values, trimmed=trimmed)
-        if (fit := printed.surface) is None:
-            return prescribed
-        path = None
-        if fit.path is not None:
-            path = fit.path.errors.drop(columns=[PILE.response, "relative_error"])
-        return replace(prescribed, path=path, levels=fit.box, near=fit.optimum.point)
 
 
 @dataclass(frozen=True)
@@ -117,7 +96,7 @@ def calibrate_simulated(
     way = Way(simulate, effort, prescribed or Prescribed())
     checked_ranges(way.prescribed.ranges)
     say("measuring the bench's recordings")
-    bench = bench_of(folder, way.prescribed.trimmed)
+    bench = bench_of(folder)
     options = {**way.prescribed.options, "effort": asdict(effort)}
     found = Calibration.of("simulated", bench, seed, options).saying(*effort.notes())
     for name in (n for n in STEEL if n in bench.rigs):
@@ -176,7 +155,6 @@ def steel_stage(found: Calibration, name: str, way: Way) -> SteelStage:
         simulate=way.simulate,
         effort=way.effort,
         seed=found.seed,
-        values=way.prescribed.values.get(name),
     )
 
 
@@ -224,8 +202,7 @@ def seed_rig(found: Calibration, name: str, way: Way) -> Calibration:
     found = found.saying(*stage.notes)
 
     def by_steps() -> Calibration:
-        p = way.prescribed
-        fit, seen = simulate_surface(stage, levels=p.levels, path=p.path, near=p.near)
+        fit, seen = simulate_surface(stage)
         return replace(found, surface=fit).with_seeds(name, seen)
 
     if way.effort.surface and name == PILE.name:

@@ -128,8 +128,7 @@ def _weighed(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, flo
 @dataclass(frozen=True, kw_only=True)
 class SteelStage:
     """What one rig's simulations need. fixed: parameters found before; description:
-    sections of the recordings; seed: of the run; values: where to simulate, None to
-    choose from the readings."""
+    sections of the recordings; seed: of the run."""
 
     rig: ByCurve
     readings: RigReadings
@@ -138,7 +137,6 @@ class SteelStage:
     simulate: Simulator
     effort: Effort
     seed: int
-    values: tuple[float, ...] | None = None
 
     def runs(self, values: ArrayLike, repeats: int, what: str) -> list[Run]:
         """Repeats of every value, each with a generator of its own; with what its
@@ -175,7 +173,7 @@ def simulate_steel(stage: SteelStage) -> SteelFit:
     if stage.readings.values.size > 1:
         # readings that cannot be used are refused before anything is simulated
         stage.readings.mean()
-    values = np.array(stage.values or first_values(stage))
+    values = first_values(stage)
     runs, notes = _simulated(stage, values)
     for attempt in range(EXTENSIONS + 1):
         fit = stage.fit(runs)
@@ -269,7 +267,7 @@ def _narrowed(stage: SteelStage, fit: SteelFit) -> tuple[SteelFit, list[str]]:
     within = float(np.sqrt(np.mean(fit.rows[stage.rig.sd].dropna() ** 2)))
     own = float(fit.surrogate.evaluate([[fit.value]])[1][0])
     matters = own > SURROGATE_SHARE * (own + fit.bench.sd**2)
-    if stage.values or not matters or fit.surrogate.noise_sd**2 <= MISFIT * within**2:
+    if not matters or fit.surrogate.noise_sd**2 <= MISFIT * within**2:
         return fit, []
     x = fit.rows[stage.rig.parameter]
     half = max(0.15 * fit.value, 3 * fit.sd, 0.02 * float(np.ptp(x)))

@@ -82,28 +82,20 @@ def fit_pile(
     )
 
 
-def simulate_surface(
-    stage: PileStage,
-    *,
-    levels: Box | None = None,
-    path: pd.DataFrame | None = None,
-    near: dict[str, float] | None = None,
-) -> tuple[SurfaceFit, PileObservables]:
+def simulate_surface(stage: PileStage) -> tuple[SurfaceFit, PileObservables]:
     """Path, design and fit on simulated piles; and what the same piles say in the
-    posterior. levels, path, near: prescribed box of the design, groups of the path, and
-    point to be near to. ValueError, SimulationFailed."""
+    posterior. ValueError, SimulationFailed."""
     if stage.readings is None:
         raise ValueError(f"{PILE.name}: the bench has no recording of it")
     target = float(stage.readings.values.mean())
-    steps = path if path is not None else equal_steps(stage.box, STEPS)
+    steps = equal_steps(stage.box, STEPS)
     table, walked = stage.piles(steps, PATH_PACKINGS)
     there, notes = usable(table, PILE.response)
     angles = table[PILE.response].where(there).to_numpy()
     done = steps.assign(**{PILE.response: angles}).dropna(subset=PILE.response)
     centre = choose_centre(done, PILE.response, target, stage.box.names)
-    if levels is None:
-        by = centre.levels.set_index("coded")[list(stage.box.names)]
-        levels = Box(stage.box.names, *by.loc[[-1, 1]].to_numpy(float))
+    by = centre.levels.set_index("coded")[list(stage.box.names)]
+    levels = Box(stage.box.names, *by.loc[[-1, 1]].to_numpy(float))
     design = box_behnken(levels, centre_points=stage.effort.centre)
     table, runs = stage.piles(design, DESIGN_PACKINGS)
     there, lost = usable(table, PILE.response, least=USABLE)
@@ -111,7 +103,7 @@ def simulate_surface(
     piles = pd.concat([walked, runs], ignore_index=True)
     seen = observed(piles, stage.readings, levels, None, alike=stage.alike)
     bench = seen.bench if seen.observables else stage.readings.mean()
-    fit = fit_pile(design.reset_index(drop=True), levels, bench, near=near)
+    fit = fit_pile(design.reset_index(drop=True), levels, bench)
     said = dict.fromkeys((*notes, *lost, *seen.notes, *fit.notes))
     return replace(fit, path=centre, notes=tuple(said)), seen
 

@@ -54,7 +54,7 @@ def served(folder: Path, *, named: bool = False) -> Iterator[str]:
         yield address[0] if named else numbered
     finally:
         server.terminate()
-        server.wait(10)
+        server.wait(60)
 
 
 @pytest.fixture(scope="module")

@@ -193,7 +193,7 @@ def test_a_browser_that_does_not_come_is_not_awaited_for_ever(tmp_path, monkeypa
     monkeypatch.setattr(command, "OPENS_WITHIN_S", 0.2)
     entrance = Entrance()
     command.open_browser(tmp_path, entrance, "http://127.0.0.1:8123/")
-    (file,) = tmp_path.glob(".incoming/open-*/open.html")
+    (file,) = tmp_path.glob("open-*.html")
     key = re.search(r"token=([\w-]+)", file.read_text())[1]
     until(lambda: not file.exists())
     assert not entrance.admits(key)
