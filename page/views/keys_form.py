@@ -1,6 +1,5 @@
 """The keys of a recording or bench as a form that saves itself in its TOML file."""
 
-import asyncio
 import math
 from collections.abc import Awaitable, Callable
 from functools import partial
@@ -8,7 +7,7 @@ from pathlib import Path
 from time import strftime
 from typing import Any
 
-from nicegui import background_tasks, ui
+from nicegui import ui
 
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
@@ -16,7 +15,7 @@ from benchtwin.page.form import UNKNOWN, Field, form, table
 from benchtwin.page.site import Site
 from benchtwin.page.views.frame import bench_attribute, errors_shown
 
-REST_S = 0.8  # without typing, after which what was typed is saved
+REST_MS = 800  # without typing, after which what was typed is saved
 
 Place = tuple[str, str]  # (section, key)
 
@@ -36,14 +35,11 @@ class KeysForm:
         """defaults: what bench.toml says; saved: called with the keys after they were
         saved."""
         self.site, self.path, self.saved = site, path, saved
-        self.page = ui.context.client
-        self.typed: dict[Place, Any] = {}  # not saved yet
-        self.overtaken: set[Place] = set()  # typed, but somebody else was quicker
+        self.refused: set[Place] = set()  # typed, but not saved
         self.loaded: dict[Place, Any] = {}  # the file's values as the form shows them
         self.inputs: dict[Place, _Input] = {}
         self.conditions: _Conditions | None = None
         self.sections: dict[str, Any] = {}
-        self.resting: asyncio.Task | None = None
         self.status = ui.label("Saves itself.").classes("soft text-sm anywhere")
         self.status.props('role="status"')
         try:
@@ -91,54 +87,33 @@ class KeysForm:
     def _add(self, one: Field, content: dict) -> None:
         if one.kind == "conditions":
             present = table(content, "conditions")
-            self.conditions = _Conditions(present, self.note)
+            self.conditions = _Conditions(present, self.change)
             self.loaded |= {("conditions", k): v for k, v in present.items()}
             return
         place = (one.section, one.key)
         self.loaded[place] = _in(content, place)
-        self.inputs[place] = _Input(one, partial(self.note, place), self.save)
+        self.inputs[place] = _Input(one, partial(self.change, place))
 
-    def note(self, place: Place, value: Any, *, at_once: bool = False) -> None:
-        """Somebody typed or chose something."""
-        self.overtaken.discard(place)
+    async def change(self, place: Place, typed: Any) -> None:
+        """Save what somebody typed or chose; what is refused stays in its field."""
         field = self.inputs.get(place)
-        if field and value == field.shown(self.loaded.get(place)):
-            self.typed.pop(place, None)
-            return
-        self.typed[place] = value
-        self.status.set_text("Not saved yet …")
-        if self.resting:
-            self.resting.cancel()
-        self.resting = background_tasks.create(self._rest(0 if at_once else REST_S))
-
-    async def _rest(self, seconds: float) -> None:
-        await asyncio.sleep(seconds)
-        self.resting = None
-        with self.page:  # this task belongs to no page by itself
-            await self.save()
-
-    async def save(self) -> None:
-        """Save what was typed, key by key: one that is refused keeps back no other."""
-        done: set[Place] = set()
-        for place, text in list(self.typed.items()):
-            if place in self.overtaken:
-                continue
-            field = self.inputs.get(place)
-            try:
-                value = text if field is None else field.key.read(text)
-                self._write(place, value)
-            except (Refused, OSError) as error:
-                self._refused(place, str(error))
-                continue
-            if self.typed.get(place) == text:
-                del self.typed[place]
-            done.add(place)
-            if field:
+        self.refused.discard(place)
+        try:
+            if field and typed == field.shown(self.loaded.get(place)):
                 field.say("")
-        if done:
-            self.status.set_text(f"Saved in {self.path.name} at {strftime('%H:%M:%S')}")
-            if self.saved:
-                await self.saved(done)
+                return
+            self._write(place, typed if field is None else field.key.read(typed))
+        except (Refused, OSError) as error:
+            self.refused.add(place)
+            self.status.set_text(f"Not saved: {error}")
+            if field:
+                field.say(str(error))
+            return
+        if field:
+            field.say("")
+        self.status.set_text(f"Saved in {self.path.name} at {strftime('%H:%M:%S')}")
+        if self.saved:
+            await self.saved({place})
 
     def _write(self, place: Place, value: Any) -> None:
         """Refused where the key has another value by now than the form showed."""
@@ -146,7 +121,6 @@ class KeysForm:
         present = _in(keys.content, place)
         if present != self.loaded.get(place) and present != value:
             self.loaded[place] = present
-            self.overtaken.add(place)
             raise Refused(
                 f"{place[1]} was changed meanwhile, elsewhere: it is"
                 f" {_shown(present) or 'not stated'} now. Yours is not saved; change it"
@@ -155,11 +129,6 @@ class KeysForm:
         with self.site.history.kept(self.path):
             toml_file.change(keys, {place: value})
         self.loaded[place] = value
-
-    def _refused(self, place: Place, words: str) -> None:
-        if place in self.inputs:
-            self.inputs[place].say(words)
-        self.status.set_text(f"Not saved: {words}")
 
     def ask_for(self, needed: set[Place]) -> None:
         """Mark the keys that measuring asked for, and open their sections."""
@@ -177,7 +146,7 @@ class KeysForm:
             return
         for place, field in self.inputs.items():
             self.loaded[place] = _in(content, place)
-            if place not in self.typed:
+            if place not in self.refused:
                 field.show(self.loaded[place])
         if self.conditions:
             present = table(content, "conditions")
@@ -188,7 +157,7 @@ class KeysForm:
 class _Input:
     """One key: field, meaning, and why it could not be saved."""
 
-    def __init__(self, key: Field, note: Callable, leave: Callable[[], Awaitable]):
+    def __init__(self, key: Field, changed: Callable[[Any], Awaitable[None]]):
         self.key = key
         label = key.key + (f" [{key.unit}]" if key.unit else "")
         inherited = key.inherited is not None
@@ -203,24 +172,23 @@ class _Input:
                     self._with(self.shown(key.value)),
                     label=label,
                     value=self.shown(key.value),
-                    on_change=lambda e: note(e.value, at_once=True),
+                    on_change=lambda e: changed(e.value),
                 )
             else:
                 self.made = ui.input(
                     label,
                     value=self.shown(key.value),
-                    on_change=lambda e: note(e.value),
+                    on_change=lambda e: changed(e.value),
                 )
-                self.made.on("blur", leave).on("keydown.enter", leave)
+                self.made.props(f"debounce={REST_MS}")
             if key.kind == "rows":
                 self.made.props("readonly")
             self.made.classes("w-full").props(
-                f'dense stack-label placeholder="{bench_attribute(hint)}"'
+                "dense stack-label hide-bottom-space"
+                f' placeholder="{bench_attribute(hint)}"'
                 f' aria-label="{bench_attribute(label)}"'
             )
             self.help = ui.label().classes("text-xs")
-            self.why = ui.label().classes("text-xs failed").props('role="alert"')
-        self.why.set_visibility(False)
         self.mark(False)
 
     def shown(self, value: Any) -> Any:
@@ -244,8 +212,7 @@ class _Input:
         self.made.set_value(self.shown(value))
 
     def say(self, why: str) -> None:
-        self.why.set_text(why)
-        self.why.set_visibility(bool(why))
+        self.made.error = why or None
 
     def mark(self, needed: bool) -> None:
         self.column.classes(**{"add" if needed else "remove": "needed"})
@@ -258,8 +225,8 @@ class _Conditions:
     """Rows of name and value, whatever the names; a value that is a number is one. They
     are saved when a field is left: half a name is no name."""
 
-    def __init__(self, present: dict, note: Callable):
-        self.present, self.note = present, note
+    def __init__(self, present: dict, change: Callable[[Place, Any], Awaitable[None]]):
+        self.present, self.change = present, change
         self.rows: list[tuple[Any, Any]] = []
         with ui.column().classes("w-full gap-0"):
             ui.label(
@@ -289,10 +256,10 @@ class _Conditions:
     async def _left(self) -> None:
         typed = {n.value.strip(): _value(v.value) for n, v in self.rows}
         now = {name: value for name, value in typed.items() if name and value != ""}
-        for name in {*self.present, *now}:
-            if now.get(name) != self.present.get(name):
-                self.note(("conditions", name), now.get(name), at_once=True)
-        self.present = now
+        before, self.present = self.present, now
+        for name in {*before, *now}:
+            if now.get(name) != before.get(name):
+                await self.change(("conditions", name), now.get(name))
 
     def take(self, present: dict) -> None:
         if present != self.present:

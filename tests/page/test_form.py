@@ -4,7 +4,6 @@ type."""
 import asyncio
 from pathlib import Path
 from types import SimpleNamespace
-from unittest.mock import patch
 
 import pytest
 
@@ -105,26 +104,19 @@ def a_form(file: Path) -> KeysForm:
     """A tab's form of one file, without its fields."""
     made = KeysForm.__new__(KeysForm)
     made.site, made.path, made.saved = SimpleNamespace(history=History()), file, None
-    made.typed, made.overtaken, made.inputs = {}, set(), {}
+    made.refused, made.inputs = set(), {}
     made.loaded = {("drop", "height_mm"): 100.0}
     made.status = Shown()
     return made
 
 
 def test_what_another_tab_has_set_is_not_overwritten_until_it_is_typed_again(tmp_path):
-    """Refused once, it was written 0.8 s later: the form saves itself again and
-    again."""
     file, place = tmp_path / "recording.toml", ("drop", "height_mm")
     file.write_text("[drop]\nheight_mm = 100.0\n")
     one, other = a_form(file), a_form(file)
-    one.typed[place], other.typed[place] = 200.0, 300.0
-    asyncio.run(one.save())
-    for _ in range(3):  # left, rested, another key typed
-        asyncio.run(other.save())
-    assert "height_mm = 200.0" in file.read_text() and other.typed == {place: 300.0}
+    asyncio.run(one.change(place, 200.0))
+    asyncio.run(other.change(place, 300.0))
+    assert "height_mm = 200.0" in file.read_text() and other.refused == {place}
     assert "changed meanwhile, elsewhere" in other.status.text
-    other.resting, other._rest = None, lambda seconds: asyncio.sleep(0)
-    with patch("nicegui.background_tasks.create", lambda later: later.close()):
-        other.note(place, 301.0)
-    asyncio.run(other.save())
-    assert "height_mm = 301.0" in file.read_text()
+    asyncio.run(other.change(place, 301.0))
+    assert "height_mm = 301.0" in file.read_text() and not other.refused
