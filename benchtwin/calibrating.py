@@ -8,12 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 from plotly.graph_objects import Figure
-from rich.table import Table
 
 from benchtwin import shown
 from benchtwin.bench.exits import DONE, FAILED
@@ -80,22 +78,8 @@ class CalibrationSummary:
         return figure
 
     def _repr_html_(self) -> str:
-        table = self.parameters
-        cells = pd.DataFrame(
-            {
-                "parameter": table["parameter"].map(draw.name),
-                "median (95 % interval)": [
-                    with_interval(row.value, row.low, row.high)
-                    for row in table.itertuples()
-                ],
-                "unit": table["unit"].map(draw.unit),
-                "status": [
-                    in_status(row.status, row.remark) for row in table.itertuples()
-                ],
-                "most probable set": table["most_probable_set"],
-            }
-        )
         lost = [f"{rig}: {why}" for rig, why in self.not_calibrated.items()]
+        cells = as_read(self.parameters)
         return shown.html("Contact parameters", cells, [*lost, *self.findings])
 
     def tell(self, *, quiet: bool) -> int:
@@ -165,7 +149,7 @@ def stages(
 def _show(c: Calibration, out: Path, reported: bool) -> None:
     """The answer in the terminal, and where to look."""
     console = Terminal()
-    show_parameters(console, parameters(c).to_dict("records"))
+    shown.in_terminal(as_read(parameters(c)), console)
     # columns and keys as the files have them
     refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
     shape = verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
@@ -183,20 +167,20 @@ def _show(c: Calibration, out: Path, reported: bool) -> None:
     print_lines(console, *refused, *map(words, lines), left)
 
 
-def show_parameters(console: Terminal, rows: list[dict[str, Any]]) -> None:
-    """A line a parameter. rows: as `parameters` has them."""
-    shown = Table(box=None, pad_edge=False)
-    for heading in ("parameter", "median (95 % interval)", "most probable set", ""):
-        shown.add_column(heading)
-    for row in rows:
-        ends = row["low"], row["high"]
-        shown.add_row(
-            draw.name(row["parameter"]),
-            with_interval(row["value"], *ends),
-            beside_interval(row["most_probable_set"], *ends),
-            in_status(row["status"], row["remark"]),
+def as_read(table: pd.DataFrame) -> pd.DataFrame:
+    """The parameters in words and in the digits that their intervals carry. table: as
+    `parameters` has it."""
+    rows = [
+        (
+            draw.name(row.parameter),
+            with_interval(row.value, row.low, row.high),
+            beside_interval(row.most_probable_set, row.low, row.high),
+            in_status(row.status, row.remark),
         )
-    console.print(shown)
+        for row in table.itertuples()
+    ]
+    names = ["parameter", "median (95 % interval)", "most probable set", ""]
+    return pd.DataFrame(rows, columns=names)
 
 
 def folder_of(calibrated: str | Path | CalibrationSummary) -> Path:

@@ -9,9 +9,11 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.bench.exits import DONE
+from benchtwin.bench.terminal import Terminal
 from benchtwin.report.draw import BLUE, GREY, RED
+from benchtwin.twin.command import print_lines
 from benchtwin.twin.compare.differences import QUANTITIES, paired
-from benchtwin.twin.compare.written import show
+from benchtwin.twin.engine import LAMMPS, OURS
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,28 +63,41 @@ class EngineComparison:
         figure.update_xaxes(type="category")
         return figure
 
-    def _repr_html_(self) -> str:
+    @property
+    def cells(self) -> pd.DataFrame:
+        """The differences as they are read."""
         table = self.differences
-        cells = pd.DataFrame(
+        apart = [
+            f"{r.difference:+.2f}"
+            + (f" ({r.low:+.2f} to {r.high:+.2f})" if r.pairs > 1 else "")
+            for r in table.itertuples()
+        ]
+        return pd.DataFrame(
             {
-                "row": table["row"],
+                "row": table["row"] + " " + table["parameters"],
                 "quantity": table["quantity"].map(QUANTITIES),
+                "pairs": table["pairs"],
                 "ours": [f"{v:.2f}" for v in table["ours"]],
                 "LAMMPS": [f"{v:.2f}" for v in table["lammps"]],
-                "difference (95 % interval)": [
-                    f"{r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f})"
-                    for r in table.itertuples()
-                ],
+                "difference (95 % interval)": apart,
+                "": table["parts"].map({True: "apart", False: ""}),
             }
         )
-        return shown.html(
-            "Our engine beside LAMMPS",
-            cells,
-            [self.verdict, *self.notes, *self.failed],
-        )
+
+    def _repr_html_(self) -> str:
+        notes = [self.verdict, *self.notes, *self.failed]
+        return shown.html("Our engine beside LAMMPS", self.cells, notes)
 
     def tell(self, *, quiet: bool) -> int:
         """Print this as the command does, and return its exit code."""
         if not quiet:
-            show(self.differences, self.runs, self.failed, self.folder)
+            console, out = Terminal(), self.folder
+            shown.in_terminal(self.cells, console)
+            took = self.runs.groupby("engine")["seconds"].mean()
+            seconds = f"ours {took[OURS]:.0f}, LAMMPS {took[LAMMPS]:.0f}"
+            print_lines(
+                console,
+                *(*self.failed, self.verdict, f"seconds a pile: {seconds}"),
+                f"picture: {out / 'compared.html'}; table: {out / 'compared.csv'}",
+            )
         return DONE

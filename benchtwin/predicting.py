@@ -9,17 +9,20 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.bench.exits import DONE
+from benchtwin.bench.terminal import Terminal
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.predict import (
     DRAWN,
     QUANTITIES,
     Prediction,
+    digits,
     intervals,
     rows,
     sign,
 )
-from benchtwin.calibrate.prediction.written import notes, show
+from benchtwin.calibrate.prediction.written import notes
 from benchtwin.report.draw import BLUE, GREY, RED
+from benchtwin.twin.command import print_lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,21 +65,33 @@ class PredictionSummary:
                 figure.add_scatter(**at, **look, **place)
         return figure
 
+    @property
+    def cells(self) -> pd.DataFrame:
+        """The quantities as they are read."""
+        rows = []
+        for row in self.quantities.itertuples():
+            q = str(row.quantity)
+            of = (row.parameter_sd, row.packing_sd)
+            sds = (digits(q, v, 1) + sign(q) for v in of)
+            rows.append((QUANTITIES[self.details.rig][q], *intervals(row), *sds))
+        return pd.DataFrame(rows, columns=[self.details.rig, *COLUMNS])
+
     def _repr_html_(self) -> str:
-        names, table = QUANTITIES[self.details.rig], self.quantities
-        one, many = zip(*map(intervals, table.itertuples()))
-        columns = {"one packing, 95 %": one, "mean of many, 95 %": many}
-        cells = pd.DataFrame({"quantity": table["quantity"].map(names), **columns})
         said = [*self.beside["said"], *self.notes]
-        return shown.html(f"Predicted {self.details.rig}", cells, said)
+        return shown.html(f"Predicted {self.details.rig}", self.cells, said)
 
     def tell(self, *, quiet: bool) -> int:
         """Print this as the command does, and return its exit code."""
         if not quiet:
-            show(self.details, [*self.beside["said"], *self.notes], self.folder)
+            console, out = Terminal(), self.folder
+            shown.in_terminal(self.cells, console)
+            left = f"picture: {out / 'prediction.html'}"
+            left += f"; numbers: {out / 'predicted.csv'}"
+            print_lines(console, *self.beside["said"], *self.notes, left)
         return DONE
 
 
+COLUMNS = ("one packing, 95 %", "mean of many, 95 %", "sd by parameters", "by packing")
 BESIDE = ["quantity", "measured", "n", "predicted", "low", "high", "z", "said"]
 
 

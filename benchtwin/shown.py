@@ -10,7 +10,9 @@ from typing import Protocol
 import pandas as pd
 from plotly.graph_objects import Figure
 from plotly.subplots import make_subplots
+from rich.table import Table
 
+from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.report.draw import BLUE, ORANGE, RED
 
@@ -34,6 +36,16 @@ def html(title: str, table: pd.DataFrame, notes: Iterable[str] = ()) -> str:
         lines = [f"and {len(table) - MOST_ROWS} rows more", *lines]
     under = "".join(f"<p>{escape(line)}</p>" for line in lines)
     return f"<p><b>{escape(title)}</b></p>{rows}{under}"
+
+
+def in_terminal(table: pd.DataFrame, console: Terminal) -> None:
+    """Print a table of texts."""
+    shown = Table(box=None, pad_edge=False)
+    for heading in table.columns:
+        shown.add_column(str(heading))
+    for row in table.astype(str).to_numpy():
+        shown.add_row(*row)
+    console.print(shown)
 
 
 class Shown(Protocol):

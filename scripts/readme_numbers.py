@@ -57,14 +57,17 @@ def printed(arguments: list[str]) -> str:
 
 def calibrated(result: Path) -> str:
     """What `benchtwin calibrate` printed of the parameters, from its result.json."""
+    import pandas as pd
+
     from benchtwin.bench.terminal import Terminal
-    from benchtwin.calibrating import show_parameters
+    from benchtwin.calibrating import as_read
+    from benchtwin.shown import in_terminal
 
     found = json.loads(result.read_text(encoding="utf8"))["parameters"]
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         rows = [{"parameter": n, **row} for n, row in found.items()]
-        show_parameters(Terminal(), rows)
+        in_terminal(as_read(pd.DataFrame(rows)), Terminal())
     return tidy(out.getvalue())
 
 

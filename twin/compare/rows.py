@@ -1,13 +1,13 @@
 """Rows of contact parameters to compare engines at: from a CSV whose columns are
 parameters' names, or the paper's optimum."""
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from benchtwin.twin.bench_folder import read_numbers
 from benchtwin.twin.parameters import Parameters
 
 PARAMETERS = (
@@ -19,6 +19,8 @@ PARAMETERS = (
     "seed_rolling_friction",
 )
 
+
+LIMITS = (0.0, 5.0)  # of any of them
 
 Row = dict[str, Any]
 
@@ -46,43 +48,24 @@ def _checked(row: Mapping[str, float]) -> Row:
 def read_rows(file: Path) -> tuple[list[Row], list[str]]:
     """The rows of a CSV, and its columns that are no parameters. ValueError names a
     file, row and column that cannot be used."""
-    try:
-        table = pd.read_csv(file, dtype=str, keep_default_na=False)
-    except OSError as error:
-        raise ValueError(f"{file}: {error.strerror or error}") from error
-    except ValueError as error:  # pandas' own errors of reading, UnicodeDecodeError
-        raise ValueError(f"{file}: cannot be read as a table: {error}") from error
-    used = [name for name in table.columns if name in PARAMETERS]
-    if not used or table.empty:
-        raise ValueError(
-            f"{file}: no row, or no column of {', '.join(PARAMETERS)}; it has"
-            f" {', '.join(map(str, table.columns))}"
-        )
-    rows = []
-    for number, values in enumerate(table[used].to_dict("records"), start=2):
-        row: Row = {str(name): _number(value) for name, value in values.items()}
-        wrong = [
-            f"{name} = {values[name]!r}: a number is needed in every row"
-            for name in used
-            if row[name] is None
-        ]
+    if not file.is_file():
+        raise ValueError(f"{file}: no such file")
+    table = read_numbers(file, {}, dict.fromkeys(PARAMETERS, LIMITS))
+    if table.empty:
+        raise ValueError(f"{file}: no row, or no column of {', '.join(PARAMETERS)}")
+    rows: list[Row] = [
+        {str(name): float(value) for name, value in row.items()}
+        for row in table.to_dict("records")
+    ]
+    for number, row in enumerate(rows, start=2):
         try:
-            if not wrong:
-                Parameters(**row)
+            Parameters(**row)
         except ValueError as error:
-            wrong.append(str(error))
-        if wrong:
-            raise ValueError(f"{file}, row {number} (the heading is row 1): {wrong[0]}")
-        rows.append(row)
-    return rows, [str(name) for name in table.columns if name not in used]
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
+            raise ValueError(
+                f"{file}, row {number} (the heading is row 1): {error}"
+            ) from None
+    heading = pd.read_csv(file, nrows=0, sep=None, engine="python", comment="#")
+    return rows, [str(name) for name in heading if name not in table]
 
 
 def label(row: Row) -> str:

@@ -142,8 +142,11 @@ def test_the_papers_path_is_read_and_other_columns_are_named():
     [
         ("a,b\n1,2\n", "no column of restitution, static_friction"),
         ("seed_restitution\n", "no row"),
-        ("seed_restitution\n0.5\n\nsoft\n", "row 3 .*: seed_restitution = 'soft'"),
-        ("seed_restitution,restitution\n0.5,0.5\n0.6,\n", "row 3 .*: restitution = ''"),
+        ("seed_restitution\n0.5\n\nsoft\n", "seed_restitution = 'soft' in row 3"),
+        (
+            "seed_restitution,restitution\n0.5,0.5\n0.6,\n",
+            "restitution is empty .* in row 3",
+        ),
         ("seed_restitution\n1.5\n", "row 2 .*: .*1.5"),
         ("\x00\x01", "cannot be read|no row"),
     ],
