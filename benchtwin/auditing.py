@@ -75,8 +75,21 @@ class Audit:
 def audit(bench: Bench) -> Audit:
     """Say what a bench states, what is unknown, and what stating it would add.
 
-    bench: its folder, or what `measure` found on it: no recording is then read again.
-    Raises FileNotFoundError for a bench that is not there."""
+    Parameters
+    ----------
+    bench
+        Its folder, or what `measure` found on it: no recording is then read again.
+
+    Returns
+    -------
+    Audit
+        Keys that are stated, and those that are not.
+
+    Raises
+    ------
+    FileNotFoundError
+        For a bench that is not there.
+    """
     found = bench if isinstance(bench, Measurements) else measure(bench)
     recordings = [e for e in found.observed.entries if isinstance(e, Recording)]
     rigs = dict.fromkeys(recording.rig or "" for recording in recordings)

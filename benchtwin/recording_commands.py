@@ -81,18 +81,43 @@ def measure(
     Exit code 0: something was measured; 1: nothing could be; 2: the command was
     misused.
     \f
-    paths: one path or several, each a file, a recording or a bench folder. out: folder
-    for the files that the command writes (tables, tracks, pictures of what was found),
-    none without it; overwrite: replace results that are there. Of piles: window_pct,
-    heights in % of the crest's between which the line is fitted; region_px (x, y,
-    width, height), where to look; baseline_px (x1, y1, x2, y2), the plate's line, y
-    down. trim: of readings leave out one highest and one lowest. seeds: the photos show
-    spread seeds, whose lengths and widths are measured. progress: shown on stderr.
+    Parameters
+    ----------
+    paths
+        One path or several, each a file, a recording or a bench folder.
+    out
+        Folder for the files that the command writes (tables, tracks, pictures of
+        what was found); none without it.
+    window_pct
+        Of piles: heights in % of the crest's between which the line is fitted.
+    region_px
+        Of piles: where to look (x, y, width, height) [px].
+    baseline_px
+        Of piles: the plate's line (x1, y1, x2, y2) [px], y down.
+    trim
+        Of readings leave out one highest and one lowest.
+    seeds
+        The photos show spread seeds, whose lengths and widths are measured.
+    overwrite
+        Replace results that are there.
+    progress
+        Show progress on stderr.
 
-    A recording that cannot be measured stands in the tables with its reason. Raises
-    FileNotFoundError for a path that is not there; MeasurementError for a window below
-    a tenth of the crest's height, or where `out` must not be replaced; OSError where it
-    cannot be written."""
+    Returns
+    -------
+    Measurements
+        A recording that cannot be measured stands in its tables with the reason.
+
+    Raises
+    ------
+    FileNotFoundError
+        For a path that is not there.
+    MeasurementError
+        For a window below a tenth of the crest's height, or where `out` must not be
+        replaced.
+    OSError
+        Where it cannot be written.
+    """
     from benchtwin.measure.measured import (
         existing,
         measured,

@@ -62,20 +62,54 @@ def simulate(
     """Simulate a rig into the bench folder `out`, and measure that as if it came from
     the bench.
 
-    rig: drop, slide, roll, pile, cylinder (a pile from a lifting one), drum (rotating),
-    or a rig of your own. parameters: contact parameters, else those that the soybean
-    paper calibrated. repeats: recordings, each with seeds, placing and packing of its
-    own; rng: seed of the random numbers. settings: keys of recording.toml by their
-    dotted names, {"drop.height_mm": 200.0}. like: a recording whose rig, seed and
-    camera to copy. rendered: film or photograph the run, else its track is written.
-    threads: processor cores for one pile. engine: "benchtwin" or "lammps"; ranks:
-    processes that share one LAMMPS pile. save: "vtkhdf" for state.vtkhdf in each
-    recording, the last state with its contacts; start: such a file, whose heap a pile
-    or cylinder begins with. progress: shown on stderr.
+    Parameters
+    ----------
+    rig
+        drop, slide, roll, pile, cylinder (a pile from a lifting one), drum
+        (rotating), or a rig of your own.
+    parameters
+        Contact parameters, else those that the soybean paper calibrated.
+    out
+        Bench folder for the recordings.
+    repeats
+        Recordings, each with seeds, placing and packing of its own.
+    rng
+        Seed of the random numbers.
+    settings
+        Keys of recording.toml by their dotted names, {"drop.height_mm": 200.0}.
+    like
+        A recording whose rig, seed and camera to copy.
+    rendered
+        Film or photograph the run, else its track is written.
+    threads
+        Processor cores for one pile.
+    engine
+        "benchtwin" or "lammps".
+    ranks
+        Processes that share one LAMMPS pile.
+    save
+        "vtkhdf" for state.vtkhdf in each recording, the last state with its
+        contacts.
+    start
+        Such a file, whose heap a pile or cylinder begins with.
+    progress
+        Show progress on stderr.
 
-    Called again, it goes on where it was stopped. Raises ValueError for a rig, number
-    or setting that does not fit; FileExistsError where `out` holds other recordings of
-    these names; RuntimeError where a run cannot end."""
+    Returns
+    -------
+    Simulations
+        The recordings, measured as if they came from the bench. Called again, it
+        goes on where it was stopped.
+
+    Raises
+    ------
+    ValueError
+        For a rig, number or setting that does not fit.
+    FileExistsError
+        Where `out` holds other recordings of these names.
+    RuntimeError
+        Where a run cannot end.
+    """
     from benchtwin.simulating import Simulations
     from benchtwin.twin.engine import Engine
     from benchtwin.twin.parameters import Parameters
@@ -246,25 +280,66 @@ def calibrate(
     Run again, a stopped calibration goes on where it was. Exit code 0: done; 1:
     stopped, or nothing could be calibrated; 2: the command was misused.
     \f
-    bench: its folder, or what `measure` found on it: no recording is then read again.
-    out: folder for result.json, tables, report and finished simulations; only with
-    tables=True may it be left out. tables: calibrate on the simulations in BENCH/tables
-    instead of simulating. quick: fewer repeats and piles, wider intervals. whole_pile:
-    simulate the pile as described, not a slice of it. next_test: simulate rigs that the
-    bench has not recorded, to tell what they would add. rendered: film every run and
-    measure the pictures. method: "posterior", or "surface": piles by a publication's
-    steps (steepest ascent, Box–Behnken, analysis of variance, optimum).
-    ranges: (low, high) in which to look for a seed–seed parameter; priors: (mean, sd)
-    of a parameter known beforehand; both by its name. rng: seed of the random numbers.
-    workers: processes that simulate, else one a core; scheduler: tcp://host:port of a
-    dask scheduler. engine: "benchtwin" or "lammps"; ranks: processes that share one run
-    of LAMMPS. overwrite: replace a result; finished simulations are kept. progress:
-    shown on stderr.
+    Parameters
+    ----------
+    bench
+        Its folder, or what `measure` found on it: no recording is then read again.
+    out
+        Folder for result.json, tables, report and finished simulations; only with
+        tables=True may it be left out.
+    tables
+        Calibrate on the simulations in BENCH/tables instead of simulating.
+    quick
+        Fewer repeats and piles, wider intervals.
+    whole_pile
+        Simulate the pile as described, not a slice of it.
+    next_test
+        Simulate rigs that the bench has not recorded, to tell what they would add.
+    rendered
+        Film every run and measure the pictures.
+    method
+        "posterior", or "surface": piles by a publication's steps (steepest ascent,
+        Box–Behnken, analysis of variance, optimum).
+    ranges
+        (low, high) in which to look for a seed–seed parameter, by its name.
+    priors
+        (mean, sd) of a parameter known beforehand, by its name.
+    rng
+        Seed of the random numbers.
+    workers
+        Processes that simulate, else one a core.
+    scheduler
+        tcp://host:port of a dask scheduler.
+    engine
+        "benchtwin" or "lammps".
+    ranks
+        Processes that share one run of LAMMPS.
+    overwrite
+        Replace a result; finished simulations are kept.
+    progress
+        Show progress on stderr.
 
+    Returns
+    -------
+    CalibrationSummary
+        Parameters with intervals and status, what is open, and the files.
+
+    Raises
+    ------
+    FileNotFoundError
+        For a bench that is not there.
+    FileExistsError
+        Where `out` must not be replaced.
+    ValueError
+        Where an option does not fit or nothing can be calibrated.
+    RuntimeError
+        Where simulations fail.
+
+    Notes
+    -----
     A script guards its call by `if __name__ == "__main__":`, because the workers are
-    processes that import it. Raises FileNotFoundError for a bench that is not there;
-    FileExistsError where `out` must not be replaced; ValueError where an option does
-    not fit or nothing can be calibrated; RuntimeError where simulations fail."""
+    processes that import it.
+    """
     from benchtwin import calibrating as parts
     from benchtwin.calibrate.procedure import calibrate_tables
     from benchtwin.calibrate.procedure.effort import Effort
@@ -377,18 +452,46 @@ def predict(
     Run again, a stopped prediction goes on where it was. Exit code 0: predicted; 1:
     stopped, or too many runs gave nothing; 2: the command was misused.
     \f
-    calibrated: what `calibrate` found, or the folder that it wrote. rig: "pile",
-    "cylinder" (a heap left by a lifted cylinder), "drum", "drawdown" or "bed". out:
-    folder for the prediction and its finished runs. beside: recordings of that rig: a
-    bench folder, or what `measure` found on it. settings: keys of recording.toml by
-    their dotted names, {"drum.speed_rpm": 20.0}; like: a recording whose rig and seed
-    to copy. draws: sets of parameters from the posterior, a run each; packings: runs at
-    its mean. rendered: film every run and measure the pictures. rng, workers,
-    scheduler, overwrite, progress: as `calibrate` takes them.
+    Parameters
+    ----------
+    calibrated
+        What `calibrate` found, or the folder that it wrote.
+    rig
+        "pile", "cylinder" (a heap left by a lifted cylinder), "drum", "drawdown" or
+        "bed".
+    out
+        Folder for the prediction and its finished runs.
+    beside
+        Recordings of that rig: a bench folder, or what `measure` found on it.
+    settings
+        Keys of recording.toml by their dotted names, {"drum.speed_rpm": 20.0}.
+    like
+        A recording whose rig and seed to copy.
+    draws
+        Sets of parameters from the posterior, a run each.
+    packings
+        Runs at the most probable set.
+    rendered
+        Film every run and measure the pictures.
+    rng, workers, scheduler, overwrite, progress
+        As `calibrate` takes them.
 
-    Raises FileNotFoundError for a calibration that is not there; FileExistsError where
-    `out` must not be replaced; ValueError for what does not fit; RuntimeError where
-    runs fail."""
+    Returns
+    -------
+    PredictionSummary
+        Quantities with intervals, and whether the recordings agree.
+
+    Raises
+    ------
+    FileNotFoundError
+        For a calibration that is not there.
+    FileExistsError
+        Where `out` must not be replaced.
+    ValueError
+        For what does not fit.
+    RuntimeError
+        Where runs fail.
+    """
     from benchtwin.calibrate.prediction import beside as comparing
     from benchtwin.calibrate.prediction.posterior import read_posterior
     from benchtwin.calibrate.prediction.predict import predict as predicted
@@ -468,16 +571,36 @@ def compare(
     Run again, the command goes on where it was stopped. Exit code 0: compared; 1:
     stopped, or LAMMPS is not there; 2: the command was misused.
     \f
-    out: folder for tables, a picture and the finished runs. rows: contact parameters by
-    name, a mapping a row, or a CSV that holds them; none: the soybean paper's optimum.
-    packings: piles of each row, with seeds and packing of their own. settings: keys of
-    recording.toml by their dotted names, {"pile.fill_height_mm": 40.0}. ranks:
-    processes that share one LAMMPS pile. rng, workers, scheduler, progress: as
-    `calibrate` takes them.
+    Parameters
+    ----------
+    out
+        Folder for tables, a picture and the finished runs.
+    rows
+        Contact parameters by name, a mapping a row, or a CSV that holds them; none:
+        the soybean paper's optimum.
+    packings
+        Piles of each row, with seeds and packing of their own.
+    settings
+        Keys of recording.toml by their dotted names, {"pile.fill_height_mm": 40.0}.
+    ranks
+        Processes that share one LAMMPS pile.
+    rng, workers, scheduler, progress
+        As `calibrate` takes them.
 
-    Called again, it goes on where it was stopped. Raises FileExistsError where `out`
-    holds something else; ValueError for an unknown name or what cannot be simulated;
-    RuntimeError where LAMMPS is not there, or no pile of both was measured."""
+    Returns
+    -------
+    EngineComparison
+        Differences with intervals. Called again, it goes on where it was stopped.
+
+    Raises
+    ------
+    FileExistsError
+        Where `out` holds something else.
+    ValueError
+        For an unknown name or what cannot be simulated.
+    RuntimeError
+        Where LAMMPS is not there, or no pile of both was measured.
+    """
     from benchtwin.comparing import EngineComparison
     from benchtwin.shown import write_page
     from benchtwin.twin.command import check_out, print_lines, progress_line
@@ -543,15 +666,41 @@ def diagnose(
     Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was
     misused.
     \f
-    bench: its folder, or what `measure` found on it: no recording is then read again.
-    out: folder for diagnosis.json, report and the twin's new runs, none of them without
-    it; twin: run the twin again with what was found; quick: its tracks only, no
-    pictures. rigs: only these of drop, slide, roll and pile. rng: seed of the random
-    numbers. overwrite: replace a diagnosis. progress: shown on stderr.
+    Parameters
+    ----------
+    bench
+        Its folder, or what `measure` found on it: no recording is then read again.
+    out
+        Folder for diagnosis.json, report and the twin's new runs; none of them
+        without it.
+    rigs
+        Only these of drop, slide, roll and pile.
+    twin
+        Run the twin again with what was found.
+    quick
+        Its tracks only, no pictures.
+    rng
+        Seed of the random numbers.
+    overwrite
+        Replace a diagnosis.
+    progress
+        Show progress on stderr.
 
-    Raises FileNotFoundError for a bench that is not there; FileExistsError where `out`
-    must not be replaced; ValueError for an unknown rig. A rig that cannot be diagnosed
-    raises nothing: `not_diagnosed` says why."""
+    Returns
+    -------
+    DiagnosisSummary
+        A verdict a rig. A rig that cannot be diagnosed raises nothing:
+        `not_diagnosed` says why.
+
+    Raises
+    ------
+    FileNotFoundError
+        For a bench that is not there.
+    FileExistsError
+        Where `out` must not be replaced.
+    ValueError
+        For an unknown rig.
+    """
     from benchtwin import diagnosing as parts
     from benchtwin.diagnose.bench import diagnose_bench
     from benchtwin.measuring import recordings_of
@@ -587,13 +736,33 @@ def export(
 
     Exit code 0: written; 1: it could not be; 2: the command was misused.
     \f
-    result: what `calibrate` found, or the folder that it wrote. engine: "lammps",
-    "liggghts", "yade", "edem" or "mercury". out: where to, else RESULT/export/ENGINE;
-    overwrite: replace cards that are there. progress: print the files' names.
+    Parameters
+    ----------
+    result
+        What `calibrate` found, or the folder that it wrote.
+    engine
+        "lammps", "liggghts", "yade", "edem" or "mercury".
+    out
+        Where to, else RESULT/export/ENGINE.
+    overwrite
+        Replace cards that are there.
+    progress
+        Print the files' names.
 
-    Raises FileNotFoundError for a folder without result.json; FileExistsError where a
-    card must not be replaced; ValueError for an unknown engine, or a result that lacks
-    a number."""
+    Returns
+    -------
+    Cards
+        The engine's files as texts, and where they were written.
+
+    Raises
+    ------
+    FileNotFoundError
+        For a folder without result.json.
+    FileExistsError
+        Where a card must not be replaced.
+    ValueError
+        For an unknown engine, or a result that lacks a number.
+    """
     from benchtwin.calibrate.export import cards, read_result, write_cards
     from benchtwin.calibrating import folder_of
     from benchtwin.exporting import Cards
