@@ -12,7 +12,7 @@ from benchtwin.bench.exits import DONE
 from benchtwin.bench.terminal import Terminal
 from benchtwin.report.draw import BLUE, GREY, RED
 from benchtwin.twin.command import print_lines
-from benchtwin.twin.compare.differences import QUANTITIES, paired
+from benchtwin.twin.compare import QUANTITIES, paired
 from benchtwin.twin.engine import LAMMPS, OURS
 
 

@@ -603,34 +603,31 @@ def compare(
     """
     from benchtwin.comparing import EngineComparison
     from benchtwin.shown import write_page
+    from benchtwin.twin import compare as parts
     from benchtwin.twin.command import check_out, print_lines, progress_line
-    from benchtwin.twin.compare import piles
-    from benchtwin.twin.compare.differences import differences, verdict
-    from benchtwin.twin.compare.rows import rows_of
-    from benchtwin.twin.compare.written import OURS, write
 
-    folder, (at, ignored) = Path(out), rows_of(rows)
-    check_out(folder, OURS, "comparison")
+    folder, (at, ignored) = Path(out), parts.rows_of(rows)
+    check_out(folder, parts.FILES, "comparison")
     if not 1 <= packings <= 1000:
         raise ValueError(f"--packings {packings}: 1 to 1000")
     jobs = {
-        name: piles.piles(at, engine, packings, rng, dict(settings or {}))
-        for name, engine in piles.engines(ranks, workers, scheduler).items()
+        name: parts.piles(at, engine, packings, rng, dict(settings or {}))
+        for name, engine in parts.engines(ranks, workers, scheduler).items()
     }
     notes = [*(f"{n}: no parameter, not used" for n in ignored)]
-    notes += piles.converted(jobs, at)
+    notes += parts.converted(jobs, at)
     if progress:
         print_lines(Terminal(stderr=True), *notes)
     with progress_line(quiet=not progress) as show:
-        runs, failed = piles.run(
+        runs, failed = parts.run(
             jobs, at, folder, workers=workers, scheduler=scheduler, progress=show
         )
-    table = differences(runs)
+    table = parts.differences(runs)
     if table.empty:
         why = failed[0] if failed else "none was run"
         raise RuntimeError(f"no pile of both engines was measured: {why}")
-    write(folder, table, runs, [*notes, *failed])
-    said = verdict(table)
+    parts.write(folder, table, runs, [*notes, *failed])
+    said = parts.verdict(table)
     found = EngineComparison(table, runs, said, tuple(notes), folder, tuple(failed))
     write_page(found, folder / "compared.html")
     return found

@@ -323,7 +323,7 @@ def test_a_prediction_is_the_command_s(tmp_path):
 
 def test_a_comparison_shows_where_engines_part():
     from benchtwin.comparing import EngineComparison
-    from benchtwin.twin.compare.differences import QUANTITIES, differences, verdict
+    from benchtwin.twin.compare import QUANTITIES, differences, verdict
 
     lines = [
         {"row": 1, "parameters": "p", "packing": packing, "engine": engine}

@@ -13,8 +13,15 @@ from benchtwin.command_line import app
 from benchtwin.comparing import EngineComparison
 from benchtwin.shown import write_page
 from benchtwin.sim.lammps import program
-from benchtwin.twin.compare.differences import ALL, QUANTITIES, differences, verdict
-from benchtwin.twin.compare.rows import label, read_rows, rows_of
+from benchtwin.twin.compare import (
+    ALL,
+    QUANTITIES,
+    differences,
+    label,
+    read_rows,
+    rows_of,
+    verdict,
+)
 
 ROOT = Path(__file__).parents[3]
 needs_lammps = pytest.mark.skipif(
