@@ -22,8 +22,8 @@ from benchtwin.twin.campaign import (
     read_campaign,
     stream_campaign,
 )
+from benchtwin.twin.campaign.attempt import simulate_and_measure
 from benchtwin.twin.campaign.store import open_store
-from benchtwin.twin.campaign.work import simulate_and_measure
 
 
 @dataclass(frozen=True)

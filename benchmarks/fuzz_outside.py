@@ -16,9 +16,8 @@ from benchtwin.bench.exits import Misuse
 from benchtwin.bench.outlets import FORMULA, NOT_SHOWN, NUMBER
 from benchtwin.page import results
 from benchtwin.page.folder import Refused
-from benchtwin.report.archive import MANIFEST
-from benchtwin.report.archive.pack import pack
-from benchtwin.report.archive.unpack import unpack
+from benchtwin.report.pack import MANIFEST, pack
+from benchtwin.report.unpack import unpack
 from benchtwin.vision.results import Results
 
 TEXTS = b"""rig = "drop"

@@ -24,8 +24,7 @@ from loop_truth import SLAB
 from other_system import LOT, SYSTEMS
 from scipy.stats import qmc
 
-from benchtwin.calibrate.prediction.posterior import Kept
-from benchtwin.calibrate.prediction.predict import predict
+from benchtwin.calibrate.prediction.predict import Kept, predict
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.observed import joined, observed
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, RANGES

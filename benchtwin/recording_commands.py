@@ -373,7 +373,7 @@ def pack(
 
     Exit code 0: packed; 1: it cannot be written; 2: the command was misused.
     """
-    from benchtwin.report.archive.pack import pack
+    from benchtwin.report.pack import pack
 
     packed = pack(bench, results or [], out, runs)
     if not quiet:
@@ -390,7 +390,7 @@ def unpack(
     Exit code 0: every file is as it was packed; 1: some are not, or it cannot be
     written; 2: it is no pack, or of a newer format.
     """
-    from benchtwin.report.archive.unpack import unpack
+    from benchtwin.report.unpack import unpack
 
     opened = unpack(packed, out)
     if not (quiet and opened.whole):

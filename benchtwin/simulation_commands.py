@@ -493,8 +493,8 @@ def predict(
         Where runs fail.
     """
     from benchtwin.calibrate.prediction import beside as comparing
-    from benchtwin.calibrate.prediction.posterior import read_posterior
     from benchtwin.calibrate.prediction.predict import predict as predicted
+    from benchtwin.calibrate.prediction.predict import read_posterior
     from benchtwin.calibrate.prediction.question import check, described
     from benchtwin.calibrate.prediction.written import write
     from benchtwin.calibrate.procedure.simulator import campaign

@@ -9,8 +9,8 @@ from benchtwin.measure.observe import Progress
 from benchtwin.page import pictures
 from benchtwin.page.card_number import CardNumber, version
 from benchtwin.page.folder import Folder, Refused
-from benchtwin.page.history import History
 from benchtwin.page.measuring import measure_recording
+from benchtwin.page.toml_file import History
 from benchtwin.page.upload import ReceivedFile
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.find_recordings import find_recordings

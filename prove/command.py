@@ -7,11 +7,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchtwin.prove.keys import KeyMismatch
 from benchtwin.prove.report import number, write_all
-from benchtwin.prove.run import Settings, prove, seed_of
+from benchtwin.prove.run import SOLVER, KeyMismatch, Settings, prove, seed_of
 from benchtwin.prove.score import table
-from benchtwin.prove.solve import SOLVER
 
 PROOF_FILES = {  # what a proof leaves in its folder
     "cases",

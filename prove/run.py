@@ -1,10 +1,19 @@
-"""The proof from end to end: make cases, publish hashes of their keys, solve, compare.
-A stopped proof goes on where it was."""
+"""The proof from end to end: make cases, publish hashes of their keys, solve each in a
+process of its own (`benchtwin diagnose BENCH --out DIR`), compare. A stopped proof goes
+on where it was.
+
+The keys stay in memory until all solutions are in. A proof that was stopped makes them
+again from its seed, and they must match the published hashes."""
 
 import hashlib
 import json
 import math
+import os
+import shlex
 import shutil
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import (
@@ -13,7 +22,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     as_completed,
 )
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +30,11 @@ import numpy as np
 from benchtwin.prove.cases.bench import drop_frames
 from benchtwin.prove.files import read_json, write_json
 from benchtwin.prove.judge import Judged, judge
-from benchtwin.prove.keys import KeyMismatch, canonical, hashed, salt_of, verify
 from benchtwin.prove.make import Key, make_folder
 from benchtwin.prove.plan import Spec, plan
-from benchtwin.prove.solve import SOLVER, read_attempt, read_diagnosis, solve
 
+# verdicts alone: no new DEM runs
+SOLVER = "{python} -m benchtwin diagnose {bench} --out {out} --no-twin --quiet"
 # stage, done, of, seconds left (NaN: not known)
 Progress = Callable[[str, int, int, float], None]
 
@@ -157,4 +166,129 @@ def _followed(
             done,
             len(jobs),
             (time.monotonic() - begin) / done * (len(jobs) - done),
+        )
+
+
+PASSED_ON = (
+    "PATH",
+    "LANG",
+    "LC_ALL",
+    "LD_LIBRARY_PATH",
+    "VIRTUAL_ENV",
+    "PYTHONPATH",
+    "SYSTEMROOT",
+    "NUMBA_CACHE_DIR",
+)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """The one attempt at a case. trouble: why there is no diagnosis, "" when there is
+    one."""
+
+    case: str
+    seconds: float
+    exit_code: int | None
+    trouble: str
+
+
+def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Attempt:
+    """Run the solver with nothing but the two paths, in an empty folder, on one
+    core."""
+    out.mkdir(parents=True, exist_ok=True)
+    command = [
+        w.format(python=sys.executable, bench=bench.resolve(), out=out.resolve())
+        for w in shlex.split(solver)
+    ]
+    begin = time.monotonic()
+    code, trouble = None, ""
+    threads = (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "NUMBA_NUM_THREADS",
+    )
+    with tempfile.TemporaryDirectory() as empty:
+        kept = {name: os.environ[name] for name in PASSED_ON if name in os.environ}
+        bare = kept | dict.fromkeys(threads, "1") | {"HOME": empty, "TMPDIR": empty}
+        try:
+            done = subprocess.run(
+                command,
+                cwd=empty,
+                env=bare,
+                capture_output=True,
+                timeout=limit_s,
+                check=False,
+            )
+            code = done.returncode
+            printed = done.stdout[-20_000:] + done.stderr[-20_000:]
+        except subprocess.TimeoutExpired as late:
+            printed = (late.stdout or b"") + (late.stderr or b"")
+            trouble = f"stopped after {limit_s:g} s"
+        except OSError as error:
+            printed, trouble = b"", f"cannot be run: {error}"
+    seconds = time.monotonic() - begin
+    (out / "printed.txt").write_bytes(printed)
+    if not trouble and read_diagnosis(out) is None:
+        trouble = f"no diagnosis.json that can be read; exit code {code}"
+    attempt = Attempt(case, round(seconds, 3), code, trouble)
+    write_json(out / "attempt.json", asdict(attempt))
+    return attempt
+
+
+def read_attempt(out: Path) -> Attempt | None:
+    """The case's attempt, if it was made."""
+    file = out / "attempt.json"
+    return Attempt(**read_json(file)) if file.is_file() else None
+
+
+def read_diagnosis(out: Path) -> dict | None:
+    """diagnosis.json; None where there is none that can be read."""
+    try:
+        content = read_json(out / "diagnosis.json")
+    except (OSError, ValueError):
+        return None
+    if isinstance(content, dict) and isinstance(content.get("rigs"), dict):
+        return content
+    return None
+
+
+class KeyMismatch(Exception):
+    """The keys are not those whose hashes were published."""
+
+
+def canonical(content: dict) -> bytes:
+    """One spelling of a dict, so that equal content has equal hashes."""
+    return json.dumps(
+        content, sort_keys=True, separators=(",", ":"), ensure_ascii=False
+    ).encode()
+
+
+def salt_of(seed: int, case: str) -> str:
+    """The case's salt, 32 hex digits: drawn from the proof's seed, so that the same
+    proof publishes the same hashes."""
+    return hashlib.sha256(f"salt of {case}, {seed}".encode()).hexdigest()[:32]
+
+
+def hashed(key: dict, salt: str) -> str:
+    """SHA-256 of salt and key, in hex."""
+    return hashlib.sha256(bytes.fromhex(salt) + canonical(key)).hexdigest()
+
+
+def verify(
+    keys: dict[str, dict], salts: dict[str, str], published: dict[str, str]
+) -> None:
+    """Raises KeyMismatch unless every key matches its published hash."""
+    if set(keys) != set(published):
+        raise KeyMismatch(
+            f"{len(published)} hashes were published, for other cases than the"
+            f" {len(keys)} keys"
+        )
+    wrong = [
+        case for case in keys if hashed(keys[case], salts[case]) != published[case]
+    ]
+    if wrong:
+        raise KeyMismatch(
+            f"{len(wrong)} keys are not those whose hashes were published, {wrong[0]}"
+            " first"
         )

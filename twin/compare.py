@@ -16,7 +16,7 @@ from benchtwin.bench.tells import by_surface
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.bench_folder import read_numbers
 from benchtwin.twin.campaign import run_campaign
-from benchtwin.twin.campaign.cluster import workers_for
+from benchtwin.twin.campaign.processes import workers_for
 from benchtwin.twin.campaign.results import DONE
 from benchtwin.twin.engine import LAMMPS, OURS, Engine
 from benchtwin.twin.job import Job, assigned

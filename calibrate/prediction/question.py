@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from benchtwin.bench.exits import Misuse
-from benchtwin.calibrate.prediction.posterior import Kept
-from benchtwin.calibrate.prediction.predict import QUANTITIES
+from benchtwin.calibrate.prediction.predict import QUANTITIES, Kept
 from benchtwin.calibrate.prediction.written import OURS
 from benchtwin.calibrate.procedure.rigs import PARAMETERS
 from benchtwin.calibrate.statistics.predictive import LEAST_DRAWS, LEAST_PACKINGS

@@ -63,7 +63,7 @@ def campaign(
     # imported here: dask and the compiled engine, which `--help` must not wait for
     from benchtwin.twin import Parameters
     from benchtwin.twin.campaign import run_campaign
-    from benchtwin.twin.campaign.cluster import local, workers_for
+    from benchtwin.twin.campaign.processes import local, workers_for
     from benchtwin.twin.job import Job
 
     def job(r: Run) -> Job:

@@ -25,10 +25,10 @@ from benchtwin.page.views.frame import (
     bench_attribute,
     errors_shown,
     frame,
+    in_words,
     recording_address,
     tabs,
 )
-from benchtwin.page.views.numbers import in_words
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
 from benchtwin.vision.recording import Recording

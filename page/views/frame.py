@@ -1,15 +1,22 @@
-"""Common to all pages: heading, navigation, style, error messages."""
+"""Common to all pages: heading, navigation, style, error messages; tables of
+quantities; parts that the browser draws itself (a picture with overlays, a waveform,
+recording beside twin)."""
 
+import html
 import inspect
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial, wraps
 from typing import Any
 from urllib.parse import quote
 
 from nicegui import ui
+from nicegui.element import Element
+from nicegui.events import GenericEventArguments
 
+from benchtwin.bench.numbers import plus_minus, with_unit
 from benchtwin.page.folder import Refused
+from benchtwin.vision.measurement import Quantity
 
 ANSWER_S = 60.0  # a large bench on a busy machine takes its time
 FILES = (
@@ -122,3 +129,119 @@ def say(refusal: str) -> None:
     ui.notify(
         refusal, type="negative", multi_line=True, timeout=12_000, close_button="OK"
     )
+
+
+def in_words(name: str) -> str:
+    """A quantity's name: repose_angle is "repose angle"."""
+    return name.replace("_", " ")
+
+
+def quantities_table(columns: Mapping[str, Iterable[Quantity]]) -> str:
+    """HTML table: a row a quantity, a column a way of measuring ("automatic",
+    "corrected")."""
+    by_name: dict[str, dict[str, Quantity]] = {}
+    for heading, quantities in columns.items():
+        for q in quantities:
+            by_name.setdefault(q.name, {})[heading] = q
+    head = "".join(f'<th scope="col">{html.escape(h)}</th>' for h in columns)
+    rows = []
+    for name, found in by_name.items():
+        unit = with_unit(next(iter(found.values())).unit).strip()
+        cells = "".join(_cell(found.get(h)) for h in columns)
+        rows.append(
+            f'<tr><th scope="row">{html.escape(in_words(name))}</th>{cells}'
+            f"<td>{html.escape(unit)}</td></tr>"
+        )
+    return (
+        '<table class="numbers"><thead><tr><th></th>'
+        f"{head}<th></th></tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _cell(q: Quantity | None) -> str:
+    if q is None:
+        return "<td></td>"
+    title = f' title="{html.escape(q.reason)}"' if q.reason else ""
+    return (
+        f'<td class="n {q.quality}"{title}>{plus_minus(q.value, q.sd)}'
+        f" <small>{q.quality}</small></td>"
+    )
+
+
+class Picture(Element, component="../static/look.js"):
+    """Zoomed, panned and dragged in the browser, a film played there too; moved(what,
+    value) is called on release.
+
+    layers, in px of the original picture: surface [[x, y], …], base and lines [x1, y1,
+    x2, y2], roi [x, y, w, h], window [low %, high %], crest [x, y], track [[frame, x,
+    y, left out], …], places [[frame, x, y], …]. film: its frames' numbers, the address
+    `source` to which &i=number is added, the rate [frames/s] at which speed 1 plays it,
+    and whether that is the camera's (timed)."""
+
+    def __init__(
+        self,
+        source: str,
+        size: tuple[int, int],
+        label: str,
+        moved: Callable[[str, Any], Any],
+        film: dict[str, Any] | None = None,
+    ):
+        super().__init__()
+        self._props.update(
+            src=source,
+            width=size[0],
+            height=size[1],
+            label=label,
+            layers={},
+            tool="",
+            film=film,
+        )
+
+        async def send(event: GenericEventArguments) -> None:
+            result = moved(event.args["what"], event.args["value"])
+            if result is not None and hasattr(result, "__await__"):
+                await result
+
+        self.on("moved", send)
+
+    def show(self, **props: Any) -> None:
+        """Change the layers or the tool."""
+        self._props.update(props)
+        self.update()
+
+
+class Wave(Element, component="../static/wave.js"):
+    """Zoomed and panned in the browser, which asks `source` for what it shows;
+    clicked(at_s, reach_s) is called on a click.
+
+    marks, moments in s: impacts, added (those of them that were set by hand), struck,
+    others."""
+
+    def __init__(
+        self,
+        source: str,
+        begin_s: float,
+        end_s: float,
+        clicked: Callable[[float, float], Any],
+    ):
+        super().__init__()
+        self._props.update(src=source, begin=begin_s, end=end_s, marks={})
+
+        async def send(event: GenericEventArguments) -> None:
+            await clicked(float(event.args["at"]), float(event.args["reach"]))
+
+        self.on("clicked", send)
+
+    def show(self, **marks: list[float]) -> None:
+        """Change what is marked."""
+        self._props["marks"] = marks
+        self.update()
+
+
+class SideBySide(Element, component="../static/side_by_side.js"):
+    """Recording, twin and difference; `shown` as `page.side_by_side.browser_data` gives
+    it."""
+
+    def __init__(self, shown: dict):
+        super().__init__()
+        self._props.update(shown=shown)

@@ -20,17 +20,18 @@ from benchtwin.page.form import needed
 from benchtwin.page.recording_files import own_folder
 from benchtwin.page.site import Site
 from benchtwin.page.views import keys_form, recording_menu
-from benchtwin.page.views.elements import Picture, Wave
 from benchtwin.page.views.frame import (
     ANSWER_S,
+    Picture,
+    Wave,
     errors_shown,
     frame,
     neighbours,
     open_recording,
+    quantities_table,
     quiet_button,
     say,
 )
-from benchtwin.page.views.numbers import quantities_table
 from benchtwin.vision.evidence.photo import photo_size
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError

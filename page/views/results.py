@@ -17,8 +17,7 @@ from benchtwin.page.folder import Refused
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
-from benchtwin.page.views.frame import tabs
-from benchtwin.page.views.numbers import in_words
+from benchtwin.page.views.frame import in_words, tabs
 from benchtwin.report.numbers import words
 
 REPORTS = (  # file below results/, heading

@@ -7,7 +7,7 @@ from nicegui import ui
 
 from benchtwin.page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
 from benchtwin.page.site import Site
-from benchtwin.page.views.elements import SideBySide
+from benchtwin.page.views.frame import SideBySide
 from benchtwin.vision.measurement import MeasurementError
 
 

@@ -23,7 +23,7 @@ from benchtwin.calibrate.export import ENGINES, cards, read_result
 from benchtwin.command_line import main
 from benchtwin.page.downloads import sheet
 from benchtwin.page.results import ToRecord
-from benchtwin.report.archive import FORMAT, MANIFEST
+from benchtwin.report.pack import FORMAT, MANIFEST
 from benchtwin.shown import html
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError

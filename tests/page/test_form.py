@@ -11,7 +11,7 @@ from benchtwin.bench.keys import Keys
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import form, needed
-from benchtwin.page.history import History
+from benchtwin.page.toml_file import History
 from benchtwin.page.views.keys_form import KeysForm
 
 SHARES = {"coverage_sd"}  # which have no unit

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchtwin.prove.keys import KeyMismatch, hashed, salt_of, verify
+from benchtwin.prove.run import KeyMismatch, hashed, salt_of, verify
 
 KEYS = {
     "case-0001": {"effects": [{"name": "drag", "value": 0.0123}], "rig": "drop"},

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from benchtwin.prove.command import prove_command
-from benchtwin.prove.keys import KeyMismatch
 from benchtwin.prove.plan import CLEAN, COMPOUND, plan
-from benchtwin.prove.run import Settings, judged, prove
+from benchtwin.prove.run import KeyMismatch, Settings, judged, prove
 
 STAND_IN = Path(__file__).parent / "stand_in.py"
 CASES, SEED = 6, 2  # drops and a slide, none in pictures: quick

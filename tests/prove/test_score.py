@@ -4,7 +4,6 @@ loud and overconfident ones do not."""
 import numpy as np
 import pytest
 
-from benchtwin.prove.figures import reliability_figure
 from benchtwin.prove.intervals import (
     EDGES,
     FLOOR,
@@ -15,6 +14,7 @@ from benchtwin.prove.intervals import (
 )
 from benchtwin.prove.judge import Judged, cases_table, judge
 from benchtwin.prove.make import Concealed, Key
+from benchtwin.prove.report import reliability_figure
 from benchtwin.prove.score import table
 
 TIME = 2.0  # s

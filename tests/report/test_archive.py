@@ -13,7 +13,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from benchtwin.report.archive import FORMAT, MANIFEST
+from benchtwin.report.pack import FORMAT, MANIFEST
 
 RESULT = {
     "parameters": {

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from benchtwin.bench.terminal import gated
-from benchtwin.twin.campaign.attempt import Order, attempt
+from benchtwin.twin.campaign.attempt import Order, attempt, simulate_and_measure
 from benchtwin.twin.campaign.results import FAILED
 from benchtwin.twin.campaign.store import open_store
-from benchtwin.twin.campaign.work import simulate_and_measure
 
 
 def main(arguments: list[str]) -> int:

@@ -13,13 +13,20 @@ from typing import Any
 from filelock import Timeout
 
 from benchtwin.sim.lammps.program import cores_here
-from benchtwin.twin.campaign.attempt import Order, Reply, Work, attempt, recorded
-from benchtwin.twin.campaign.cluster import Workers, joined, local
+from benchtwin.twin.campaign.attempt import (
+    KEEP,
+    Order,
+    Reply,
+    Work,
+    attempt,
+    recorded,
+    simulate_and_measure,
+)
 from benchtwin.twin.campaign.interrupt import kept_interrupt
+from benchtwin.twin.campaign.processes import Workers, joined, local
 from benchtwin.twin.campaign.progress import Progress, Tally
 from benchtwin.twin.campaign.results import DONE, Outcome, Results, in_order
 from benchtwin.twin.campaign.store import CampaignStopped, Store, open_store
-from benchtwin.twin.campaign.work import KEEP, simulate_and_measure
 
 LOOK_S = 0.5  # how often progress is told
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchtwin.twin import Parameters
 from benchtwin.twin.campaign import Measured
-from benchtwin.twin.campaign.work import (
+from benchtwin.twin.campaign.attempt import (
     kernels_of,
     one_compiles,
     simulate_and_measure,

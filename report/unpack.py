@@ -16,7 +16,7 @@ from typing import cast
 
 from benchtwin.bench.exits import Misuse
 from benchtwin.bench.whole_file import new_folder
-from benchtwin.report.archive import FORMAT, MANIFEST, MOST_LISTED, some, stays_within
+from benchtwin.report.pack import FORMAT, MANIFEST, MOST_LISTED, some, stays_within
 from benchtwin.twin.versions import versions
 
 Reader = Callable[[str], BufferedIOBase]
