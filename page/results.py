@@ -61,7 +61,7 @@ def read(file: Path) -> Iterator[Path]:
         ) from error
 
 
-def told(file: Path) -> dict:
+def json_content(file: Path) -> dict:
     """A JSON file's content, to be called within `read`; nothing where there is none,
     or it is a link."""
     if file.is_symlink() or not file.is_file():
@@ -80,7 +80,7 @@ def calibrated(results: Path) -> list[Calibrated]:
                 in_status(str(one["status"]), str(one["remark"])),
                 one["status"] == calibration.CALIBRATED,
             )
-            for key, one in told(file).get("parameters", {}).items()
+            for key, one in json_content(file).get("parameters", {}).items()
         ]
 
 
@@ -90,14 +90,14 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
     with read(results / CALIBRATED / "result.json") as file:
         gone = [
             ToRecord(str(rig), shorten_paths(why))
-            for rig, why in (told(file).get("not_calibrated") or {}).items()
+            for rig, why in (json_content(file).get("not_calibrated") or {}).items()
         ]
     with read(results / CALIBRATED / "tables" / "next_tests.csv") as file:
         narrowing = _tests(table(file))
     with read(results / MEASURED / "measurements.csv") as file:
         again = _again(table(file))
     with read(results / DIAGNOSED / "diagnosis.json") as file:
-        apart = _telling_apart(told(file).get("rigs", {}))
+        apart = _telling_apart(json_content(file).get("rigs", {}))
     lists = {
         "Not calibrated yet": gone,
         "To narrow the parameters": narrowing,

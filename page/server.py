@@ -117,8 +117,8 @@ def _files(app: FastAPI, site: Site, incoming: Path) -> None:
         where = f"/recording?r={quote(made[0])}" if len(made) == 1 else None
         return JSONResponse({"refused": placed.refused, "open": where, "made": made})
 
-    @app.get("/left/{name:path}")
-    def left(name: str) -> Response:
+    @app.get("/results/{name:path}")
+    def result_file(name: str) -> Response:
         path = folder.inside(name)
         within = [p for p in path.parents if p.is_relative_to(folder.root.resolve())]
         if (
@@ -219,7 +219,7 @@ def _pictures(app: FastAPI, site: Site) -> None:
 
     @app.get("/overlay")
     def overlay(r: str, name: str) -> Response:
-        found = site.seen(site.recording(r))
+        found = site.observation(site.recording(r))
         if name not in found.pictures:
             raise Refused(f"{name}: no such picture")
         return jpeg(pictures.as_jpeg(found.pictures[name])[0])

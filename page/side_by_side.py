@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from benchtwin.page.folder import Folder
-from benchtwin.page.results import CALIBRATED, read, told
+from benchtwin.page.results import CALIBRATED, json_content, read
 from benchtwin.report.draw import listed
 from benchtwin.twin.pair import Pair, pair
 from benchtwin.vision.find_recordings import find_recordings
@@ -43,7 +43,7 @@ def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
                 file.parent / p["twin"],
                 bool(p["alike"]),
             )
-            for p in told(file).get("pairs", [])
+            for p in json_content(file).get("pairs", [])
             if p["recording"] in recordings
         ]
     for name, path in recordings.items():

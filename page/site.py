@@ -63,7 +63,7 @@ class Site:
             *(e for e in find_recordings(bench) if not _reads_any(e, out)),
         ]
 
-    def seen(
+    def observation(
         self, recording: Recording, progress: Progress | None = None
     ) -> Observation:
         """What measuring finds, remembered until the recording changes; progress:

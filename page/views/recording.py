@@ -447,7 +447,9 @@ class View:
             reasons = await self._listen()
             if self.recording.evidence == "sound":
                 return reasons
-        found = await asyncio.to_thread(self.site.seen, self.recording, self._done)
+        found = await asyncio.to_thread(
+            self.site.observation, self.recording, self._done
+        )
         self.numbers.set_content(quantities_table({"measured": found.quantities}))
         if found.places is not None:
             rows = [

@@ -35,13 +35,13 @@ T = TypeVar("T")
 def panel(site: Site, bench: Path, part: str) -> None:
     """What is known first: values and verdicts, then pictures and reports, one at a
     time, then the long table. part: the heading that is shown."""
-    left = site.folder.results(bench)
-    for link in site.folder.links_out(left):
+    folder = site.folder.results(bench)
+    for link in site.folder.links_out(folder):
         ui.label(site.folder.refused_link(link)).classes("failed")
         return
     or_said = partial(_or_said, set())
-    _calibrated(or_said(lambda: results.calibrated(left), []))
-    parts = _parts(site, bench, left, or_said)
+    _calibrated(or_said(lambda: results.calibrated(folder), []))
+    parts = _parts(site, bench, folder, or_said)
     if parts:
         here = part if part in parts else next(iter(parts))
         address = f"/bench?b={quote(site.folder.name_of(bench))}&tab=Results"
@@ -50,8 +50,8 @@ def panel(site: Site, bench: Path, part: str) -> None:
             parts[here]()
     else:
         ui.label("Nothing yet: run something first.").classes("soft")
-    or_said(lambda: _means(left / results.MEASURED / "summary.csv"), None)
-    _downloads(site, bench, left)
+    or_said(lambda: _means(folder / results.MEASURED / "summary.csv"), None)
+    _downloads(site, bench, folder)
 
 
 def _or_said(said: set[str], read: Callable[[], T], nothing: T) -> T:
@@ -88,27 +88,27 @@ def _calibrated(found: list[results.Calibrated]) -> None:
 
 
 def _parts(
-    site: Site, bench: Path, left: Path, or_said: Callable
+    site: Site, bench: Path, folder: Path, or_said: Callable
 ) -> dict[str, Callable[[], object]]:
     """What there is to show, by its heading."""
     parts: dict[str, Callable[[], object]] = {}
     if or_said(lambda: pairs_of(bench, site.folder), []):
         parts["Bench and twin"] = partial(side_by_side.panel, site, bench)
     for file, heading in REPORTS:
-        if (left / file).is_file():
-            parts[heading] = partial(_framed, site, left / file, heading)
-    if to_record := or_said(lambda: results.next_recordings(left), {}):
+        if (folder / file).is_file():
+            parts[heading] = partial(_framed, site, folder / file, heading)
+    if to_record := or_said(lambda: results.next_recordings(folder), {}):
         parts["What to record next"] = partial(
             _next, to_record, f"/next?bench={quote(site.folder.name_of(bench))}"
         )
     return parts
 
 
-def _downloads(site: Site, bench: Path, left: Path) -> None:
+def _downloads(site: Site, bench: Path, folder: Path) -> None:
     name, names = quote(site.folder.name_of(bench)), {"mercury": "MercuryDPM"}
     with ui.row().classes("items-center"):
         ui.link("This bench with its results as one zip", f"/zip?bench={name}")
-        if (left / "calibrated" / "result.json").is_file():
+        if (folder / "calibrated" / "result.json").is_file():
             ui.label("Calibrated parameters as cards for").classes("soft")
             for engine in ENGINES:
                 address = f"/cards?bench={name}&engine={engine}"
@@ -116,7 +116,7 @@ def _downloads(site: Site, bench: Path, left: Path) -> None:
 
 
 def _framed(site: Site, file: Path, heading: str) -> None:
-    address = f"/left/{quote(site.folder.name_of(file))}?v={file.stat().st_mtime_ns}"
+    address = f"/results/{quote(site.folder.name_of(file))}?v={file.stat().st_mtime_ns}"
     sandbox = "allow-scripts" if file.name == "report.html" else "allow-same-origin"
     ui.element("iframe").classes("report").props(
         f'src="{address}" sandbox="{sandbox}" title="{heading}"'

@@ -610,7 +610,7 @@ def test_no_page_is_wider_than_the_window(window, calibrated, width):
         f"/recording?r={long.name}",
         "/recording?r=heap",
         "/recording?r=twinned",
-        "/left/results/calibrated/report.html",
+        "/results/results/calibrated/report.html",
         "/next?bench=.",
     ]
 

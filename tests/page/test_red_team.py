@@ -651,8 +651,8 @@ def test_opening_a_bench_starts_nothing_and_no_link_out_is_served(
             "/frame?r=soy/drop-03&i=0",
             "/sound?r=soy/drop-02",
             "/wave?r=soy/drop-02&a=0&b=1&n=10",
-            "/left/soy/results/calibrated/report.html",
-            "/left/soy/results/measured/summary.csv",
+            "/results/soy/results/calibrated/report.html",
+            "/results/soy/results/measured/summary.csv",
             "/cards?bench=soy&engine=yade",
             "/next?bench=soy",
         ):
