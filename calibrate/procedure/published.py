@@ -1,6 +1,5 @@
 """What a publication prints of its own analysis beside what its tables give."""
 
-import numpy as np
 import pandas as pd
 
 from benchtwin.calibrate.procedure.bench import RigReadings
@@ -8,13 +7,12 @@ from benchtwin.calibrate.procedure.calibration import FOLLOWS
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.procedure.surface import SurfaceFit
-from benchtwin.calibrate.statistics.ascent import check_published, relative_error
+from benchtwin.calibrate.statistics.ascent import relative_error
 from benchtwin.calibrate.statistics.optimum import stand
 from benchtwin.calibrate.statistics.published_values import compare, flatten
 
 ANOVA_COLUMNS = ("sum_of_squares", "df", "mean_square", "f", "p")
 POWERS = ("1", "x", "x²", "x³")
-SAME_SHARE = 5e-4  # contributions are printed to three decimals
 VERIFICATION = "relative error of the verification (%)"
 
 
@@ -41,13 +39,8 @@ def check_steel(fit: SteelFit, readings: RigReadings, printed: dict) -> pd.DataF
     return _compared(printed.get("printed", {}), recomputed, rig.name)
 
 
-def check_pile(
-    fit: SurfaceFit,
-    printed: dict,
-    levels: pd.DataFrame,
-) -> tuple[pd.DataFrame, list[str]]:
-    """Printed values of the pile beside the recomputed ones, and what the text
-    contradicts, as sentences."""
+def check_pile(fit: SurfaceFit, printed: dict) -> pd.DataFrame:
+    """Printed values of the pile beside the recomputed ones."""
     optimum, where = printed.get("optimum"), PILE.name
     terms = zip(fit.coefficients["term"], fit.coefficients["coefficient"])
     recomputed = {f"Eq. 8, {'1' if t == 'intercept' else t}": v for t, v in terms}
@@ -78,7 +71,7 @@ def check_pile(
         rows = dict(zip(items, (f"{v:.2f}" for v in errors["relative_error_percent"])))
         again = dict(zip(items, 100 * errors["relative_error"]))
         tables.append(_compared(rows, again, f"{where}: Table 7"))
-    return pd.concat(tables, ignore_index=True), _contradictions(fit, printed, levels)
+    return pd.concat(tables, ignore_index=True)
 
 
 def _verification(fit: SteelFit | SurfaceFit, printed: dict) -> dict[str, float]:
@@ -87,37 +80,6 @@ def _verification(fit: SteelFit | SurfaceFit, printed: dict) -> dict[str, float]
         return {}
     error = relative_error(printed["verification"]["mean"], fit.bench.value)
     return {VERIFICATION: 100 * float(error)}
-
-
-def _contradictions(fit: SurfaceFit, printed: dict, levels: pd.DataFrame) -> list[str]:
-    flags = []
-    if fit.path is not None and "said_centre" in printed:
-        flags += check_published(
-            fit.path.errors,
-            PILE.response,
-            fit.bench.value,
-            levels[["coded", *fit.box.names]],
-            said_centre=printed["said_centre"],
-        )
-    if "optimum" in printed:
-        at = stand(fit.surface, printed["optimum"], fit.bench.value)
-        ends = [
-            f"{n} = {at.point[n]:g} is its {s} limit" for n, s in at.boundary.items()
-        ]
-        if ends:
-            flags.append(
-                "the published optimum stands at the boundary of its own range:"
-                f" {', '.join(ends)}"
-            )
-    k = fit.contributions
-    same = np.allclose(k["by_formula"], k["as_paper"], atol=SAME_SHARE)
-    if "printed" in printed and not same:
-        text = ", ".join(f"{r.factor} {r.as_paper:.3f}" for r in k.itertuples())
-        flags.append(
-            f"the printed contributions are δ_i + Σδ_ij ({text}), without the ½ and the"
-            " square term of Eq. 10"
-        )
-    return flags
 
 
 def _compared(

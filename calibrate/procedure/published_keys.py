@@ -34,10 +34,8 @@ class _Rig(_Section):
 
 
 class _Pile(_Rig):
-    """said_centre: number of the path's group; optimum: factor → value; anova: row →
-    its printed columns."""
+    """optimum: factor → value; anova: row → its printed columns."""
 
-    said_centre: int | None = None
     optimum: dict[str, FiniteFloat] | None = None
     anova: dict[str, list[str]] = Field(default_factory=dict)
 

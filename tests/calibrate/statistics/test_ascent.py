@@ -2,11 +2,9 @@
 contradict."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from benchtwin.calibrate.statistics.ascent import (
-    check_published,
     choose_centre,
     equal_steps,
     relative_error,
@@ -14,12 +12,6 @@ from benchtwin.calibrate.statistics.ascent import (
 from benchtwin.calibrate.statistics.box import Box
 
 FACTORS = ("restitution", "static_friction", "rolling_friction")
-
-
-@pytest.fixture
-def levels():
-    values = [[0.55, 0.4, 0.03], [0.60, 0.5, 0.04], [0.65, 0.6, 0.05]]
-    return pd.DataFrame(values, columns=list(FACTORS)).assign(coded=[-1, 0, 1])
 
 
 def test_table_7_is_equal_steps_through_the_ranges(path):
@@ -81,25 +73,6 @@ def test_noise_moves_the_crossing_less_than_one_group(path):
             )
         )
     assert abs(np.mean(found) - 29.0) < 0.1 and np.std(found) < 0.5  # one group: 1.0
-
-
-def test_contradicting_published_levels_are_flagged_and_consistent_ones_are_not(
-    path, levels
-):
-    flags = check_published(path, "repose_angle_deg", 31.0, levels, said_centre=5)
-    assert flags == [
-        "the text takes group 5 as level 0, the levels used are groups 3, 4, 5 as −1,"
-        " 0, +1"
-    ]
-    shifted = levels.assign(
-        restitution=[0.6, 0.65, 0.7],
-        static_friction=[0.5, 0.6, 0.7],
-        rolling_friction=[0.04, 0.05, 0.06],
-    )
-    assert check_published(path, "repose_angle_deg", 31.0, shifted, said_centre=5) == []
-    assert (
-        len(check_published(path, "repose_angle_deg", 31.0, levels, said_centre=4)) == 1
-    )
 
 
 def test_an_end_of_the_path_asks_for_more_path(path):
