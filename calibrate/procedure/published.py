@@ -8,7 +8,6 @@ from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.procedure.surface import SurfaceFit
 from benchtwin.calibrate.statistics.ascent import relative_error
-from benchtwin.calibrate.statistics.optimum import stand
 from benchtwin.calibrate.statistics.published_values import compare, flatten
 
 ANOVA_COLUMNS = ("sum_of_squares", "df", "mean_square", "f", "p")
@@ -49,8 +48,8 @@ def check_pile(fit: SurfaceFit, printed: dict) -> pd.DataFrame:
     for source, p in fit.anova.set_index("source")["p"].items():
         recomputed[f"{source} p, in the text"] = p
     if optimum is not None:
-        at = stand(fit.surface, optimum, fit.bench.value)
-        recomputed["angle at the optimum"] = at.predicted
+        at = fit.box.coded([optimum[name] for name in fit.box.names])
+        recomputed["angle at the optimum"] = float(fit.surface.mean(at)[0])
         recomputed |= {f"optimum, {n}": fit.optimum.point[n] for n in fit.box.names}
     recomputed |= _verification(fit, printed)
     tables = [_compared(printed.get("printed", {}), recomputed, where)]

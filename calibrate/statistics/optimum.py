@@ -57,17 +57,6 @@ def optimum(
     return _stand(surface, at, target, ends)
 
 
-def stand(surface: Surface, point: dict[str, float], target: float) -> Optimum:
-    """How a stated point (a published optimum, say) stands to the target; raises
-    ValueError where it lies outside the box."""
-    coded = _coded(surface, point)
-    if (abs(coded) > 1 + EDGE).any():
-        worst = surface.names[int(np.argmax(abs(coded)))]
-        raise ValueError(f"{worst}: {point[worst]:g} lies outside the box")
-    ends = surface.mean([_extreme(surface, sign) for sign in (1, -1)])
-    return _stand(surface, coded, target, ends)
-
-
 def _coded(surface: Surface, point: dict[str, float]) -> np.ndarray:
     missing = [n for n in surface.names if n not in point]
     if missing:
@@ -119,21 +108,19 @@ def _stand(
 
 
 def _extreme(surface: Surface, sign: int) -> np.ndarray:
-    """Coded point of the smallest (sign 1) or largest (−1) response in the box, from
-    every corner and the centre."""
+    """Coded point of the smallest (sign 1) or largest (−1) response in the box, sought
+    from every corner and the centre."""
+
+    def height(z: np.ndarray) -> float:
+        return sign * float(surface.mean(z)[0])
+
     k = len(surface.names)
-    starts = np.array([*product((-1.0, 1.0), repeat=k), np.zeros(k)])
-    best = starts[np.argmin(sign * surface.mean(starts))]
-    for start in starts[np.argsort(sign * surface.mean(starts))[:16]]:
-        found = minimize(
-            lambda z: sign * surface.mean(z)[0],
-            start * 0.9,
-            jac=lambda z: sign * surface.gradient(z)[0],
-            bounds=[(-1, 1)] * k,
-            method="L-BFGS-B",
-        )
-        best = min(best, found.x, key=lambda z: sign * surface.mean(z)[0])
-    return best
+    corners = [np.array(corner) for corner in product((-1.0, 1.0), repeat=k)]
+    found = [
+        minimize(height, 0.9 * start, bounds=[(-1, 1)] * k, method="L-BFGS-B").x
+        for start in (*corners, np.zeros(k))
+    ]
+    return min([*corners, *found], key=height)
 
 
 def _nearest(
@@ -142,26 +129,24 @@ def _nearest(
     """Solution nearest to `start`: SLSQP from where the line from the lowest to the
     highest point, `ends`, crosses the target, from `start`, and from corners of the
     box."""
+
+    def off(z: np.ndarray) -> np.ndarray:
+        return surface.mean(z) - target
+
     low, high = ends
-    at = np.linspace(0, 1, 2001)[:, None] * (high - low) + low
-    best, distance = at[np.argmin(abs(surface.mean(at) - target))], np.inf
-    corners = np.array(list(product((-0.9, 0.9), repeat=len(start))))
-    for z in np.vstack([best, start, corners[:MOST_STARTS]]):
+    line = np.linspace(0, 1, 2001)[:, None] * (high - low) + low
+    best, distance = line[np.argmin(abs(off(line)))], np.inf
+    corners = list(product((-0.9, 0.9), repeat=len(start)))
+    for begin in (best, start, *map(np.array, corners[:MOST_STARTS])):
         found = minimize(
             lambda z: np.sum((z - start) ** 2),
-            z,
-            jac=lambda z: 2 * (z - start),
+            begin,
             bounds=[(-1, 1)] * len(start),
             method="SLSQP",
             options={"ftol": 1e-12},
-            constraints={
-                "type": "eq",
-                "fun": lambda z: surface.mean(z) - target,
-                "jac": surface.gradient,
-            },
+            constraints={"type": "eq", "fun": off},
         )
-        off = abs(surface.mean(found.x)[0] - target)
-        hits = found.success and off < HIT * max(1, abs(target))
+        hits = found.success and abs(off(found.x)[0]) < HIT * max(1, abs(target))
         if hits and found.fun < distance:
             best, distance = np.clip(found.x, -1, 1), found.fun
     return best

@@ -43,10 +43,6 @@ class Surface:
         x = polynomial.matrix(coded, self.terms)
         return np.sum(x @ self.fit.cov_params() * x, axis=1)
 
-    def gradient(self, coded: ArrayLike) -> np.ndarray:
-        """∂ŷ/∂z (n, k) at coded points (n, k), response unit per coded unit."""
-        return polynomial.gradient(coded, self.terms, self.fit.params)
-
 
 def fit_surface(table: pd.DataFrame, response: str, box: Box) -> Surface:
     """Least-squares quadratic through the runs of a table, one row a run, columns

@@ -42,19 +42,3 @@ def matrix(coded: ArrayLike, terms: tuple[Term, ...]) -> np.ndarray:
     for j, exponent in enumerate(exponents.T):
         out *= np.stack([p[:, j] for p in powers], axis=1)[:, exponent]
     return out
-
-
-def gradient(
-    coded: ArrayLike, terms: tuple[Term, ...], coefficients: np.ndarray
-) -> np.ndarray:
-    """∂f/∂z of f = Σ β_t z^t at coded points (n, k): (n, k)."""
-    coded = np.atleast_2d(np.asarray(coded, dtype=float))
-    out = np.zeros_like(coded)
-    for factor in range(coded.shape[1]):
-        lower = tuple(
-            (*t[:factor], max(t[factor] - 1, 0), *t[factor + 1 :]) for t in terms
-        )
-        out[:, factor] = matrix(coded, lower) @ (
-            np.array([t[factor] for t in terms]) * coefficients
-        )
-    return out
