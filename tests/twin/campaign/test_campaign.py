@@ -144,7 +144,7 @@ def test_nothing_else_of_ours_opens_a_port():
         for file in package.rglob("*.py")
         if opening.search(file.read_text(encoding="utf8"))
     }
-    assert found == {"page/command.py", "twin/campaign/cluster.py"}
+    assert found == {"page/command.py", "twin/campaign/processes.py"}
 
 
 def test_workers_end_with_whoever_started_them(tmp_path):

@@ -15,7 +15,7 @@ from test_campaign import campaign_process
 
 from benchtwin.twin.campaign import (
     CampaignStopped,
-    cluster,
+    processes,
     read_campaign,
     run_campaign,
     stream_campaign,
@@ -116,7 +116,7 @@ def test_a_killed_worker_costs_nothing_and_two_campaigns_share_one_store(
 def test_a_scheduler_without_workers_is_said_to_have_none(
     scheduler, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(processes, "PATIENCE_S", 0.5)
     with pytest.raises(CampaignStopped, match=f"dask worker {scheduler}"):
         run_campaign([Square(1)], tmp_path / "store", scheduler=scheduler, work=square)
 
@@ -136,7 +136,7 @@ def test_a_scheduler_that_goes_ends_the_campaign_with_a_sentence(
 
 
 def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(processes, "PATIENCE_S", 0.5)
     with pytest.raises(CampaignStopped, match=r"tcp://127\.0\.0\.1:9: does not answer"):
         run_campaign(
             [Square(1)], tmp_path / "store", scheduler="tcp://127.0.0.1:9", work=square

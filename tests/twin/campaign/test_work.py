@@ -78,7 +78,7 @@ def test_laws_and_rigs_decide_the_kernels():
 def test_one_compiles_and_the_others_wait_until_it_has(tmp_path, monkeypatch, crash):
     """Also when the first crashes before it has compiled."""
     monkeypatch.setattr("benchtwin.sim.engine.compiled.cache_folder", lambda: tmp_path)
-    monkeypatch.setattr("benchtwin.twin.campaign.work._compiled", set())
+    monkeypatch.setattr("benchtwin.twin.campaign.attempt._compiled", set())
     inside, let_go, order = threading.Event(), threading.Event(), []
 
     def first() -> None:
@@ -116,7 +116,7 @@ def test_one_compiles_and_the_others_wait_until_it_has(tmp_path, monkeypatch, cr
 def test_compiled_kernels_need_no_lock(tmp_path, monkeypatch):
     nowhere = tmp_path / "nowhere"
     monkeypatch.setattr("benchtwin.sim.engine.compiled.cache_folder", lambda: nowhere)
-    monkeypatch.setattr("benchtwin.twin.campaign.work._compiled", {"a"})
+    monkeypatch.setattr("benchtwin.twin.campaign.attempt._compiled", {"a"})
     with one_compiles("a") as warming:
         warming.over()
     assert not nowhere.exists()
