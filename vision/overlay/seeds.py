@@ -1,24 +1,21 @@
 """Pictures of seeds: each with outline, number and size over its photo; all outlines of
 a lot; its sizes."""
 
-import cv2
 import numpy as np
 
 from benchtwin.vision.board.view import BoardView
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.overlay.board import REGION, board_words, paint_board
-from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, write
+from benchtwin.vision.overlay.canvas import WHITE, Canvas
+from benchtwin.vision.overlay.plot import as_pixels, new_figure
 from benchtwin.vision.shape.grains import Grain, Grains
 from benchtwin.vision.shape.lot import SIZES, Lot
 from benchtwin.vision.shape.outline import from_fourier_terms
 
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
-SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
-PAPER = 255
-INK = (60, 60, 60)
-OUTLINE = (190, 170, 140)
-BOLD = (160, 60, 30)
-BAR = (200, 160, 110)
+SIDE, HIGH, WIDE, BINS = 900, 420, 520, 15
+POINTS = 180  # of an outline as it is drawn
+OUTLINE, BOLD, BAR = "#beaa8c", "#a03c1e", "#c8a06e"
 
 
 def draw_grains(
@@ -69,52 +66,27 @@ def _axes(grain: Grain) -> list[np.ndarray]:
 
 def draw_outlines(lot: Lot) -> np.ndarray:
     """Every outline about its centroid, its length across the picture; the mean outline
-    bold; a bar of 1 mm. uint8 RGB."""
-    reach = max(np.abs(s.outline_mm(90)).max() for s in lot.seeds)
-    scale = (SIDE / 2 - MARGIN) / reach
-    image = np.full((SIDE, SIDE, 3), PAPER, np.uint8)
-
-    def draw(points: np.ndarray, colour: tuple[int, int, int], width: int) -> None:
-        at = np.rint(16 * (SIDE / 2 + points * [scale, -scale])).astype(np.int32)
-        cv2.polylines(image, [at], True, colour, width, cv2.LINE_AA, 4)
-
+    bold. uint8 RGB."""
+    figure = new_figure((SIDE, SIDE))
+    axes = figure.subplots()
+    mean = from_fourier_terms(np.mean([s.terms for s in lot.seeds], axis=0), POINTS)
     for seed in lot.seeds:
-        draw(seed.outline_mm(180), OUTLINE, 1)
-    draw(
-        from_fourier_terms(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3
-    )
-    cv2.line(image, (MARGIN, SIDE - 25), (MARGIN + round(scale), SIDE - 25), INK, 3)
-    words = f"1 mm; {len(lot.seeds)} seeds, their mean bold"
-    write(image, words, MARGIN, SIDE - 38, INK, SIDE / SHOWN_PX)
-    return image
+        axes.fill(*seed.outline_mm(POINTS).T, edgecolor=OUTLINE, fill=False)
+    axes.fill(*mean.T, edgecolor=BOLD, linewidth=2, fill=False)
+    axes.set(xlabel="mm", ylabel="mm", aspect="equal")
+    axes.set_title(f"{len(lot.seeds)} seeds, their mean bold")
+    return as_pixels(figure)
 
 
 def draw_sizes(lot: Lot) -> np.ndarray:
     """A histogram a size that was measured, side by side. uint8 RGB."""
     sizes = lot.sizes_mm()
-    panels = [
-        _histogram(sizes[np.isfinite(sizes[:, k]), k], name)
-        for k, name in enumerate(SIZES)
-        if np.isfinite(sizes[:, k]).any()
-    ]
-    return np.hstack(panels)
-
-
-def _histogram(values: np.ndarray, name: str) -> np.ndarray:
-    image = np.full((HIGH, WIDE, 3), PAPER, np.uint8)
-    counts, edges = np.histogram(values, BINS)
-    step, unit = (WIDE - 2 * MARGIN) / BINS, (HIGH - 2 * MARGIN) / counts.max()
-    for k, count in enumerate(counts):
-        x = MARGIN + k * step
-        top = round(HIGH - MARGIN - count * unit)
-        right = round(x + step) - 1
-        cv2.rectangle(image, (round(x), top), (right, HIGH - MARGIN), BAR, -1)
-    floor = HIGH - MARGIN
-    cv2.line(image, (MARGIN, floor), (WIDE - MARGIN, floor), INK, 1, cv2.LINE_AA)
-    shown = 2 * WIDE / SHOWN_PX  # two stand side by side
-    for at, value in ((MARGIN, edges[0]), (WIDE - MARGIN, edges[-1])):
-        write(image, f"{value:.2f}", at, HIGH - MARGIN + 24, INK, shown, anchor=0.5)
-    sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
-    words = f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}"
-    write(image, words, MARGIN, 30, INK, shown)
-    return image
+    shown = [k for k in range(len(SIZES)) if np.isfinite(sizes[:, k]).any()]
+    figure = new_figure((WIDE * len(shown), HIGH))
+    for axes, k in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown):
+        values = sizes[np.isfinite(sizes[:, k]), k]
+        axes.hist(values, BINS, color=BAR, edgecolor="white")
+        sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
+        axes.set(xlabel="mm", yticks=())
+        axes.set_title(f"{SIZES[k]}: {values.mean():.2f}{sd} mm, n = {len(values)}")
+    return as_pixels(figure)

@@ -63,3 +63,14 @@ def test_what_lies_far_outside_or_is_unknown_costs_no_picture():
     canvas.polygon(np.array([[np.nan, 1], [1e15, 1e15], [1e15, 2e15]]), WHITE)
     canvas.curve(np.array([1e14, 2e14, np.nan]), np.array([0, 5, 9.0]), WHITE)
     assert (canvas.pixels == plain).all()
+
+
+def test_a_plot_shows_its_points_and_leaves_outliers_where_they_are():
+    """An outlier far away costs the others no room."""
+    x = np.linspace(0, 1, 200)
+    y = np.append(x[:-1] ** 2, 1e9)
+    picture = plot(x, y, y > 2, labels=("t", "x"), curves=[(x, x**2)]).astype(int)
+    blue = (picture[..., 2] - picture[..., 0] > 80) & (picture[..., 1] > 100)
+    rows, columns = np.nonzero(blue)
+    assert np.ptp(rows) > 0.6 * picture.shape[0]
+    assert np.ptp(columns) > 0.7 * picture.shape[1]
