@@ -14,8 +14,7 @@ import numpy as np
 from defusedxml.common import DefusedXmlException
 
 from benchtwin.vision.evidence.separators import separators
-from benchtwin.vision.foreign.matlab import MAGIC, columns_of
-from benchtwin.vision.foreign.workbook import sheets_of
+from benchtwin.vision.foreign.apart import MATLAB, sheets_of
 from benchtwin.vision.measurement import MeasurementError
 
 MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
@@ -105,7 +104,7 @@ class Source:
 
     @property
     def is_matlab(self) -> bool:
-        return self.head.startswith(MAGIC)
+        return self.head.startswith(MATLAB)
 
     @cached_property
     def is_text(self) -> bool:
@@ -209,10 +208,7 @@ class Source:
         file, members of a packed file, or the file's own."""
         if self.is_workbook or self.is_matlab:
             try:
-                if self.is_matlab:
-                    sheets = {self.path.stem: columns_of(self.path)}
-                else:
-                    sheets = sheets_of(self.path)
+                sheets = sheets_of(self.path)
             except ValueError as error:
                 raise MeasurementError(f"{self.path}: {error}") from error
             return {
