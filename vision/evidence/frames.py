@@ -17,7 +17,8 @@ from benchtwin.vision.evidence.sound import open_media
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
 
-SAMPLE_BYTES = 90_000_000  # of pictures in memory at once
+SAMPLE_BYTES = 90_000_000  # of a sample's pictures in memory at once
+HELD_BYTES = 600_000_000  # of a film that is read once and then held
 USUAL_STEP = 0.25  # quantile of the steps between time stamps, some of which are gaps
 SPREAD = 9  # frames that show what a film is of
 
@@ -41,10 +42,26 @@ class FrameSource(ABC):
     count: int
     fps: float | None
     notes: list[str] = field(default_factory=list)
+    _held: list[Frame] = field(default_factory=list, init=False, repr=False)
 
     @abstractmethod
     def iterate(self) -> Iterator[Frame]:
         """The frames in order, one at a time."""
+
+    def _holding(self, frames: Iterator[Frame]) -> Iterator[Frame]:
+        """The frames, which are held once all have been read, where there is room."""
+        if self._held:
+            yield from self._held
+            return
+        read, room = [], HELD_BYTES
+        for frame in frames:
+            room -= frame.pixels.nbytes
+            if room > 0:
+                read.append(frame)
+            else:
+                read.clear()
+            yield frame
+        self._held = read
 
     @property
     def numbers(self) -> list[int]:
@@ -129,6 +146,9 @@ class FrameFolder(FrameSource):
         return dict(self._files)
 
     def iterate(self) -> Iterator[Frame]:
+        return self._holding(self._read())
+
+    def _read(self) -> Iterator[Frame]:
         shape = None
         for number, file in self._files:
             try:
@@ -183,10 +203,10 @@ class Video(FrameSource):
             duration = float((stream.duration or 0) * (stream.time_base or 0))
             self._file_fps = float(stream.average_rate or 0) or None
             expected = stream.frames or round(duration * (self._file_fps or 0))
+            self._large = 3 * stream.width * stream.height * expected > HELD_BYTES
         super().__init__(path=file, count=expected, fps=fps or self._file_fps)
         self._stated_fps = fps
         self._grey: bool | None = None  # whether it is grey, by the first decoded frame
-        self._spread: list[Frame] = []  # of the last time that all were decoded
 
     @cached_property
     def _recorded(self) -> np.ndarray:
@@ -214,52 +234,21 @@ class Video(FrameSource):
         return (last + beyond) / float(self._stated_fps or np.nan)
 
     def iterate(self) -> Iterator[Frame]:
-        spread: list[Frame] = []
-        every = max(1, -(-self.count // SPREAD))
-        for frame in self._decode(every=1):
-            if frame.index % every == 0 and len(spread) < 2 * SPREAD:
-                spread.append(frame)
-            yield frame
-        self._spread = spread
-
-    def spread(self) -> list[Frame]:
-        return self._spread or super().spread()
-
-    def sample(self, n: int) -> list[np.ndarray]:
-        """About n evenly spaced pictures, of key frames only where there are enough,
-        else of reference frames."""
-        with _opened(self.path) as container:
-            packets = container.demux(container.streams.video[0])
-            enough = sum(packet.is_keyframe for packet in packets) >= 20
-        every = 1 if enough else max(1, self.count // (2 * n))
-        frames, stride = [], 1
-        for i, frame in enumerate(
-            self._decode(every, skip="NONKEY" if enough else "NONREF")
-        ):
-            if i % stride == 0:
-                frames.append(frame.pixels)
-            # drop every second one, and go on half as densely
-            if len(frames) > limit_to_memory(n, frame.pixels):
-                frames, stride = frames[::2], 2 * stride
-        return frames
+        return self._holding(self._decode())
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
-        """As for any source; decodes all frames up to the last, since videos have no
-        exact random access."""
+        """As for any source; of a film that is too large to be held only these become
+        pictures, though all up to the last are decoded."""
+        if self._held or not self._large:
+            return super().picked(n, between)
         first, last = between or (0, self.count - 1)
         every = max(1, -(-(last - first + 1) // n))
         # the count in a file's header may be wrong
         stop = None if between is None else last + 1
-        return list(
-            itertools.islice(self._decode(every, first=first, stop=stop), 2 * n)
-        )
+        return list(itertools.islice(self._decode(every, first, stop), 2 * n))
 
     def _decode(
-        self,
-        every: int,
-        skip: str | None = None,
-        first: int = 0,
-        stop: int | None = None,
+        self, every: int = 1, first: int = 0, stop: int | None = None
     ) -> Iterator[Frame]:
         import av
 
@@ -267,8 +256,6 @@ class Video(FrameSource):
         with _opened(self.path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "AUTO"
-            if skip:
-                stream.codec_context.skip_frame = skip
             frames = container.decode(stream)
             while True:
                 try:
@@ -311,7 +298,7 @@ class Video(FrameSource):
             raise MeasurementError(
                 f"{self.path}: the video holds no frame that can be read"
             )
-        if self.count and index < self.count and not skip:
+        if self.count and index < self.count:
             self.note(f"the video stops early: {index} of {self.count} frames")
 
 

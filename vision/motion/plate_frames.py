@@ -93,7 +93,8 @@ class PlateFrames(FrameSource):
         return PlateFrames(self._source, self._lines, self._pivot, *cut, background)
 
     def iterate(self) -> Iterator[Frame]:
-        return (self._warped(f) for f in self._source.iterate() if self._usable(f))
+        frames = (f for f in self._source.iterate() if self._usable(f))
+        return self._holding(map(self._warped, frames))
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
         near = self._source.picked(n, between)
@@ -172,11 +173,10 @@ class PlateFrames(FrameSource):
     def _warped(self, frame: Frame) -> Frame:
         strip = self._turned(frame.pixels, frame.index)
         # the mean of each row's middle half, which the block does not change
-        ordered = np.sort(strip[:, :: max(1, strip.shape[1] // COLUMNS)], axis=1)
-        quarter = ordered.shape[1] // 4
-        rows = ordered[:, quarter : ordered.shape[1] - quarter].mean(
-            axis=1, dtype=np.float32
-        )
+        some = strip[:, :: max(1, strip.shape[1] // COLUMNS)]
+        quarter, count = some.shape[1] // 4, some.shape[1]
+        middle = np.partition(some, (quarter, count - quarter - 1), axis=1)
+        rows = middle[:, quarter : count - quarter].mean(axis=1, dtype=np.float32)
         if self._first_levels is None:
             self._first_levels = rows
         white = np.iinfo(frame.pixels.dtype).max
