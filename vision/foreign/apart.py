@@ -11,6 +11,7 @@ import json
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ MATLAB = (b"MATLAB 5.0 MAT-file", NEWER := b"MATLAB 7.3 MAT-file")
 MOST_CELLS = 2_000_000
 MOST_MEMORY = 2_000_000_000  # bytes
 LONGEST_S = 60.0
-Sheets = dict[str, list[list[object]]]
+Sheets = Mapping[str, Sequence[Sequence[object]]]
 
 
 def sheets_of(path: Path) -> Sheets:
@@ -70,7 +71,8 @@ def _cells_of(raw: bytes) -> Sheets:
     """The sheets of a workbook, of the kind that its content is, whatever its name."""
     from python_calamine import CalamineWorkbook
 
-    book, found, cells = CalamineWorkbook.from_filelike(io.BytesIO(raw)), {}, 0
+    found: dict[str, list[list[object]]] = {}
+    book, cells = CalamineWorkbook.from_filelike(io.BytesIO(raw)), 0
     for name in book.sheet_names:
         sheet = book.get_sheet_by_name(name)
         cells += (sheet.total_height or 0) * (sheet.total_width or 0)
@@ -95,8 +97,9 @@ def _vectors_of(raw: bytes) -> Sheets:
     kept = {name: v for name, v in vectors.items() if len(v) == most}
     if len(kept) * most > MOST_CELLS:
         raise _TooLarge
+    names: list[object] = [*kept]
     rows = [[float(v) for v in row] for row in zip(*kept.values())]
-    return {"vectors": [[*kept], *rows] if kept else []}
+    return {"vectors": [names, *rows] if kept else []}
 
 
 def _vectors(held: dict[str, Any]) -> list[tuple[str, Any]]:

@@ -5,6 +5,7 @@ import textwrap
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 FAR_PX = 1e6  # from the picture, where what is drawn is not seen
 LONGEST_PX, SHORTEST_PX = 1600, 800
@@ -64,15 +65,22 @@ class Canvas:
         self.unit = max(self.pixels.shape[:2]) / 700
         self.shown = max(self.pixels.shape[:2]) / SHOWN_PX
 
-    def _at(self, x, y) -> tuple[int, int]:
-        x, y = self._fine(np.array([x, y])).tolist()
-        return x, y
-
-    def _fine(self, places: np.ndarray) -> np.ndarray:
-        """Finite places in the original as sixteenths of a pixel; what lies far outside
-        is drawn outside, and no number is lost by it."""
-        own = (np.asarray(places, float) + 0.5) * self.scale - 0.5
-        return np.rint(np.clip(own, -FAR_PX, FAR_PX) * 16).astype(np.int32)
+    def curve(
+        self, x: ArrayLike, y: ArrayLike, colour: Colour, width: float = 1.5
+    ) -> None:
+        """A polyline; NaNs interrupt it. What lies far outside is drawn outside, and no
+        number is lost by it."""
+        points = np.column_stack([np.asarray(x, float), np.asarray(y, float)])
+        keep = np.isfinite(points).all(axis=1)
+        # sixteenths of a pixel
+        own = 16 * ((np.where(keep[:, None], points, 0.0) + 0.5) * self.scale - 0.5)
+        path = np.rint(np.clip(own, -16 * FAR_PX, 16 * FAR_PX)).astype(np.int32)
+        thick = max(1, round(width * self.unit))
+        for piece in np.split(np.arange(len(points)), np.flatnonzero(~keep)):
+            piece = piece[keep[piece]]
+            if piece.size > 1:
+                pieces = [path[piece]]
+                cv2.polylines(self.pixels, pieces, False, colour, thick, cv2.LINE_AA, 4)
 
     def line(
         self,
@@ -83,17 +91,7 @@ class Canvas:
         colour: Colour,
         width: float = 2.0,
     ) -> None:
-        if not np.isfinite([x1, y1, x2, y2]).all():
-            return
-        cv2.line(
-            self.pixels,
-            self._at(x1, y1),
-            self._at(x2, y2),
-            colour,
-            max(1, round(width * self.unit)),
-            cv2.LINE_AA,
-            4,
-        )
+        self.curve([x1, x2], [y1, y2], colour, width)
 
     def dashed(
         self,
@@ -105,31 +103,9 @@ class Canvas:
         width: float = 1.5,
         dashes: int = 40,
     ) -> None:
-        at = np.linspace(0, 1, 2 * dashes)
-        for a, b in zip(at[::2], at[1::2]):
-            self.line(
-                x1 + a * (x2 - x1),
-                y1 + a * (y2 - y1),
-                x1 + b * (x2 - x1),
-                y1 + b * (y2 - y1),
-                colour,
-                width,
-            )
-
-    def curve(
-        self, x: np.ndarray, y: np.ndarray, colour: Colour, width: float = 1.5
-    ) -> None:
-        """A polyline; NaNs interrupt it."""
-        keep = np.isfinite(x) & np.isfinite(y)
-        points = np.stack([x, y], axis=1)
-        for piece in np.split(np.arange(len(points)), np.flatnonzero(~keep)):
-            piece = piece[keep[piece]]
-            if piece.size > 1:
-                path = self._fine(points[piece])
-                thickness = max(1, round(width * self.unit))
-                cv2.polylines(
-                    self.pixels, [path], False, colour, thickness, cv2.LINE_AA, 4
-                )
+        x, y = np.linspace(x1, x2, 3 * dashes), np.linspace(y1, y2, 3 * dashes)
+        x[2::3] = np.nan
+        self.curve(x, y, colour, width)
 
     def cross(
         self, x: float, y: float, colour: Colour, size: float = 5.0, width: float = 1.5
@@ -140,10 +116,9 @@ class Canvas:
 
     def polygon(self, points: np.ndarray, colour: Colour, width: float = 1.5) -> None:
         """A closed outline through points (n, 2)."""
-        points = np.asarray(points, float)
-        path = self._fine(points[np.isfinite(points).all(axis=1)])
-        thickness = max(1, round(width * self.unit))
-        cv2.polylines(self.pixels, [path], True, colour, thickness, cv2.LINE_AA, 4)
+        known = points[np.isfinite(points).all(axis=1)]
+        closed = np.concatenate([known, known[:1]])
+        self.curve(closed[:, 0], closed[:, 1], colour, width)
 
     def ring(
         self,
@@ -153,17 +128,9 @@ class Canvas:
         radius: float = 6.0,
         width: float = 2.0,
     ) -> None:
-        if not np.isfinite([x, y]).all():
-            return
-        cv2.circle(
-            self.pixels,
-            self._at(x, y),
-            round(radius * self.unit * 16),
-            colour,
-            round(width * self.unit),
-            cv2.LINE_AA,
-            4,
-        )
+        turn = np.linspace(0, 2 * np.pi, 40)
+        r = radius * self.unit / self.scale
+        self.curve(x + r * np.cos(turn), y + r * np.sin(turn), colour, width)
 
     def tag(
         self, text: str, x: float, y: float, colour: Colour, most_px: float

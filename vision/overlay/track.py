@@ -34,7 +34,7 @@ def on_picture(
     for (x1, y1), (x2, y2) in lines:
         canvas.line(x1, y1, x2, y2, LINE, 1.0)
     for columns, rows in curves:
-        canvas.curve(np.asarray(columns), np.asarray(rows), CURVE, 1.0)
+        canvas.curve(columns, rows, CURVE, 1.0)
     for i in _spread(np.asarray(x), np.asarray(y)):
         canvas.cross(x[i], y[i], BAD if outlier[i] else CROSS, 4.0, 1.0)
     for column, row in marks:

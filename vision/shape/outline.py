@@ -34,28 +34,29 @@ def feret(points: np.ndarray) -> tuple[float, float, float]:
 def centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
     """Centroid and area of a closed polygon."""
     origin = points.mean(0)
-    (x, y), (xn, yn) = (points - origin).T, (np.roll(points, -1, 0) - origin).T
-    cross = x * yn - xn * y
-    area = float(cross.sum()) / 2
-    if abs(area) < 1e-9:
-        return (float(origin[0]), float(origin[1])), 0.0
-    x0, y0 = (
-        float(o + ((a + b) * cross).sum() / (6 * area))
-        for o, a, b in zip(origin, (x, y), (xn, yn))
-    )
-    return (x0, y0), abs(area)
+    of = cv2.moments((points - origin).astype(np.float32))
+    area = max(of["m00"], 1e-9)
+    x, y = origin + np.array([of["m10"], of["m01"]]) / area
+    return (float(x), float(y)), of["m00"]
+
+
+def about_ellipse(
+    points: np.ndarray, fitted: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of points (n, 2): along and across the axes of the ellipse through those that are
+    `fitted` (n,), in semi-axes (n, 2); and that ellipse: middle, semi-axes, axes as
+    columns (2, 2)."""
+    middle, axes, angle = cv2.fitEllipseDirect(points[fitted].astype(np.float32))
+    cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    turned, semi = np.array([[cos, -sin], [sin, cos]]), np.maximum(axes, 1.0) / 2
+    return (points - middle) @ turned / semi, np.array(middle), semi, turned
 
 
 def ellipse_agreement(points: np.ndarray) -> float:
     """Agreement of the outline with a fitted ellipse: 1 − 2 · mean relative difference
     of the radii."""
-    (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
-    turn = np.radians(angle)
-    x, y = points[:, 0] - cx, points[:, 1] - cy
-    along = x * np.cos(turn) + y * np.sin(turn)
-    across = -x * np.sin(turn) + y * np.cos(turn)
-    depth = np.hypot(along / (axes[0] / 2), across / (axes[1] / 2))
-    return float(1 - 2 * np.mean(np.abs(depth - 1)))
+    place, *_ = about_ellipse(points, np.ones(len(points), bool))
+    return float(1 - 2 * np.mean(np.abs(np.hypot(*place.T) - 1)))
 
 
 def solidity(patch: np.ndarray) -> float:
@@ -102,10 +103,8 @@ def aligned_outline(points: Array, count: int = 256) -> Array:
     flat = flat @ np.array(
         [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
     )
-    flat = flat * [
-        -1.0 if _third_moment(flat, 0) < 0 else 1.0,
-        -1.0 if _third_moment(flat, 1) < 0 else 1.0,
-    ]
+    third = cv2.moments(flat.astype(np.float32))
+    flat = flat * [-1.0 if third[f"mu{k}"] < 0 else 1.0 for k in ("30", "03")]
     if (
         np.sum(
             flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)
@@ -123,14 +122,3 @@ def aligned_outline(points: Array, count: int = 256) -> Array:
     )
     closed, at = np.vstack([flat, flat[:1]]), np.arange(count) / count * along[-1]
     return np.column_stack([np.interp(at, along, closed[:, k]) for k in range(2)])
-
-
-def _third_moment(flat: Array, axis: int) -> float:
-    """Third moment of the area along an axis, up to a factor, summed over triangles
-    from the centroid."""
-    a, b = flat, np.roll(flat, -1, 0)
-    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    p, q = a[:, axis], b[:, axis]
-    return float(
-        np.sign(cross.sum()) * (cross * (p**3 + p**2 * q + p * q**2 + q**3)).sum()
-    )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from skimage.filters import threshold_isodata
 
 from benchtwin.vision.measurement import MeasurementError
 
@@ -194,25 +195,16 @@ def _separate_levels(
 
 
 def _isodata_threshold(values: np.ndarray) -> float:
-    """The level midway between the means below and above it (Ridler & Calvard),
-    iterated from the middle of the range. Unlike Otsu's it does not split the
+    """The level midway between the means below and above it (Ridler & Calvard), of
+    several the nearest to the middle of the range. Unlike Otsu's it does not split the
     background's noise where grains cover less than 1 % of the picture."""
     low, high = (float(v) for v in np.percentile(values, (0.02, 99.98)))
     if high - low < 1e-4:
         return high
     count, edges = np.histogram(values.astype(float), 256, (low, high))
     middle = (edges[1:] + edges[:-1]) / 2
-    level = (low + high) / 2
-    for _ in range(30):
-        under = middle <= level
-        parts = [
-            (count[s] * middle[s]).sum() / max(count[s].sum(), 1)
-            for s in (under, ~under)
-        ]
-        level, before = sum(parts) / 2, level
-        if abs(level - before) < 1e-6:
-            break
-    return level
+    levels = threshold_isodata(hist=(count, middle), return_all=True)
+    return min(levels, key=lambda level: abs(level - (low + high) / 2), default=high)
 
 
 def _surface(c: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:

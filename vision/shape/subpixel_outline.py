@@ -3,11 +3,11 @@ background and grain."""
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from scipy import ndimage
 
 from benchtwin.bench.robust import robust_sd
+from benchtwin.vision.shape.outline import about_ellipse
 
 STEP_PX = 0.25
 SMOOTH_RAD = 0.12
@@ -214,17 +214,13 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
     points, and a mask of the hidden points. Hidden points, without a free point nearby,
     are on the ellipse."""
     for _ in range(3):  # twice without points off the ellipse: the neck to a neighbour
-        (cx, cy), axes, angle = cv2.fitEllipseDirect(points[free].astype(np.float32))
-        turn, semi = np.radians(angle), np.maximum(np.asarray(axes) / 2, 0.5)
-        x, y = points[:, 0] - cx, points[:, 1] - cy
-        along = x * np.cos(turn) + y * np.sin(turn)
-        across = -x * np.sin(turn) + y * np.cos(turn)
-        depth = np.hypot(along / semi[0], across / semi[1])
+        place, middle, semi, turned = about_ellipse(points, free)
+        depth = np.hypot(*place.T)
         off = np.abs(depth - 1) * np.sqrt(semi.prod())
         near = off < max(1.0, 4 * robust_sd(off[free]))
         if not free.all() and (free & near).sum() >= 12:
             free = free & near
-    direction = np.mod(np.arctan2(across / semi[1], along / semi[0])[free], 2 * np.pi)
+    direction = np.mod(np.arctan2(*place[free].T[::-1]), 2 * np.pi)
     order = np.argsort(direction)
     direction, depth = direction[order], depth[free][order]
     count = int(np.clip(2 * np.pi * np.sqrt((semi**2).mean()), 48, 1500))
@@ -237,10 +233,8 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
     depth = ndimage.gaussian_filter1d(
         depth, SMOOTH_RAD * count / (2 * np.pi), mode="wrap"
     )
-    along, across = depth * semi[0] * np.cos(t), depth * semi[1] * np.sin(t)
-    x = along * np.cos(turn) - across * np.sin(turn)
-    y = along * np.sin(turn) + across * np.cos(turn)
-    return np.stack([cx + x, cy + y], -1), hidden
+    outline = (depth * np.stack([np.cos(t), np.sin(t)])).T * semi
+    return outline @ turned.T + middle, hidden
 
 
 def _normals(points: np.ndarray) -> np.ndarray:
