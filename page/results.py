@@ -1,4 +1,4 @@
-"""Reads the results of a bench for the page: calibrated values, what to record next."""
+"""Reads the results of a bench for the page."""
 
 import json
 from collections.abc import Iterator
@@ -8,13 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from benchtwin.bench.numbers import with_interval
-from benchtwin.calibrate.procedure import calibration
 from benchtwin.calibrate.procedure.next_tests import gain_in_words, worth_it
-from benchtwin.calibrate.procedure.words import in_status
 from benchtwin.page.folder import RESULTS, Refused
 from benchtwin.page.measuring import shorten_paths
-from benchtwin.report.draw import name as in_words
 
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES = "it would settle what is missing"
@@ -32,16 +28,6 @@ class ToRecord:
 
     what: str
     why: str
-
-
-@dataclass(frozen=True)
-class Calibrated:
-    """A contact parameter as the last calibration left it, in words."""
-
-    name: str
-    value: str
-    status: str
-    known: bool
 
 
 @contextmanager
@@ -67,21 +53,6 @@ def json_content(file: Path) -> dict:
     if file.is_symlink() or not file.is_file():
         return {}
     return dict(json.loads(file.read_text(encoding="utf8")))
-
-
-def calibrated(results: Path) -> list[Calibrated]:
-    """The parameters of the last calibration with their 95 % intervals. Refused where
-    it cannot be read."""
-    with read(results / CALIBRATED / "result.json") as file:
-        return [
-            Calibrated(
-                in_words(key),
-                with_interval(*(float(one[n]) for n in ("value", "low", "high"))),
-                in_status(str(one["status"]), str(one["remark"])),
-                one["status"] == calibration.CALIBRATED,
-            )
-            for key, one in json_content(file).get("parameters", {}).items()
-        ]
 
 
 def next_recordings(results: Path) -> dict[str, list[ToRecord]]:

@@ -1,6 +1,5 @@
 """Results of a bench: reports, bench beside twin, what to record next, downloads."""
 
-import html
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -18,12 +17,11 @@ from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
 from benchtwin.page.views.frame import in_words, tabs
-from benchtwin.report.numbers import words
 
 REPORTS = (  # file below results/, heading
-    ("measured/overlays/index.html", "What was found on each recording"),
     ("calibrated/report.html", "Calibration"),
     ("diagnosed/report.html", "Diagnosis"),
+    ("measured/overlays/index.html", "What was found on each recording"),
 )
 COLUMNS = (
     *("rig", "quantity", "conditions"),
@@ -33,14 +31,13 @@ T = TypeVar("T")
 
 
 def panel(site: Site, bench: Path, part: str) -> None:
-    """What is known first: values and verdicts, then pictures and reports, one at a
-    time, then the long table. part: the heading that is shown."""
+    """Reports, which begin with values and verdicts, pictures and pairs, one at a time,
+    then the long table. part: the heading that is shown."""
     folder = site.folder.results(bench)
     for link in site.folder.links_out(folder):
         ui.label(site.folder.refused_link(link)).classes("failed")
         return
     or_said = partial(_or_said, set())
-    _calibrated(or_said(lambda: results.calibrated(folder), []))
     parts = _parts(site, bench, folder, or_said)
     if parts:
         here = part if part in parts else next(iter(parts))
@@ -65,38 +62,16 @@ def _or_said(said: set[str], read: Callable[[], T], nothing: T) -> T:
         return nothing
 
 
-def _calibrated(found: list[results.Calibrated]) -> None:
-    """A row a parameter: its value and how far to trust it."""
-    if not found:
-        return
-    rows = "".join(
-        f'<tr><th scope="row">{html.escape(one.name)}</th>'
-        f'<td class="n"><b>{html.escape(one.value)}</b></td>'
-        f'<td class="{"good" if one.known else "doubtful"}">'
-        f"{html.escape(words(one.status))}</td></tr>"
-        for one in found
-    )
-    ui.label("Calibrated contact parameters").classes("text-h6")
-    with ui.element("div").classes("scroll-x"):
-        ui.html(
-            '<table class="numbers stacked"><thead><tr><th scope="col">parameter</th>'
-            '<th scope="col">value (95 % interval), no unit</th>'
-            '<th scope="col">how far to trust it</th></tr></thead>'
-            f"<tbody>{rows}</tbody></table>",
-            sanitize=False,
-        )
-
-
 def _parts(
     site: Site, bench: Path, folder: Path, or_said: Callable
 ) -> dict[str, Callable[[], object]]:
     """What there is to show, by its heading."""
     parts: dict[str, Callable[[], object]] = {}
-    if or_said(lambda: pairs_of(bench, site.folder), []):
-        parts["Bench and twin"] = partial(side_by_side.panel, site, bench)
     for file, heading in REPORTS:
         if (folder / file).is_file():
             parts[heading] = partial(_framed, site, folder / file, heading)
+    if or_said(lambda: pairs_of(bench, site.folder), []):
+        parts["Bench and twin"] = partial(side_by_side.panel, site, bench)
     if to_record := or_said(lambda: results.next_recordings(folder), {}):
         parts["What to record next"] = partial(
             _next, to_record, f"/next?bench={quote(site.folder.name_of(bench))}"

@@ -250,7 +250,6 @@ def test_a_spoilt_result_is_read_or_refused_with_one_sentence(bench, file, how):
     place.write_bytes(SPOILT[how])
     folder = Folder(bench.parent)
     for read in (
-        lambda: results.calibrated(left),
         lambda: results.next_recordings(left),
         lambda: pairs_of(bench, folder),
         lambda: downloads.card_files(left, "edem"),
@@ -266,7 +265,7 @@ def test_a_huge_result_is_refused_unread(bench):
     with (bench / "results" / "calibrated" / "result.json").open("wb") as file:
         file.truncate(20_000_000_000)
     with pytest.raises(Refused, match=r"calibrated/result\.json cannot be read"):
-        results.calibrated(bench / "results")
+        results.next_recordings(bench / "results")
 
 
 def test_a_twin_outside_the_results_is_not_shown(bench):
