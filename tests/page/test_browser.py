@@ -44,9 +44,16 @@ SURFACE, FITTED = (
 
 
 class Window:
-    """A browser window on a page that is served from a folder."""
+    """A browser window on a page that is served from a folder; driver: of a browser
+    that is open."""
 
-    def __init__(self, address: str, folder):
+    def __init__(self, address: str, folder, driver=None):
+        self.folder, self.root = folder, address.split("?")[0].rstrip("/")
+        self.driver = driver or self.browser()
+        self.driver.set_page_load_timeout(LOADING_S)
+        self.open(address)
+
+    def browser(self):
         from selenium import webdriver
         from selenium.webdriver.chrome.service import Service
 
@@ -61,10 +68,7 @@ class Window:
         ):
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        self.driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-        self.folder, self.root = folder, address.split("?")[0].rstrip("/")
-        self.driver.set_page_load_timeout(LOADING_S)
-        self.open(address)
+        return webdriver.Chrome(options=options, service=Service(DRIVER))
 
     def open(self, address: str) -> None:
         from selenium.common.exceptions import TimeoutException
@@ -812,23 +816,19 @@ def test_a_region_is_used_on_chosen_photos_only(window):
     assert "roi_px" in files["r1"].read_text()
 
 
-def test_files_dropped_with_the_mouse_are_taken(serve, tmp_path, photo):
+def test_files_dropped_with_the_mouse_are_taken(window, photo):
     """The browser's own drag-and-drop of a file, not an input field."""
-    with serve(tmp_path / "empty") as address:
-        window = Window(address, tmp_path / "empty")
-        try:
-            window.until(lambda: "Nothing here yet" in window.text())
-            data = {"items": [], "files": [str(photo)], "dragOperationsMask": 1}
-            for kind in ("dragEnter", *["dragOver"] * 3, "drop"):
-                window.driver.execute_cdp_cmd(
-                    "Input.dispatchDragEvent",
-                    {"type": kind, "x": 400, "y": 500, "data": data},
-                )
-            angle = window.until(lambda: numbers(window, "repose angle"))
-            assert angle == [pytest.approx(ANGLE, abs=0.1)]
-            assert not window.troubles()
-        finally:
-            window.driver.quit()
+    window.go("/")
+    window.until(lambda: window.all("input[type=file]"))
+    data = {"items": [], "files": [str(photo)], "dragOperationsMask": 1}
+    for kind in ("dragEnter", *["dragOver"] * 3, "drop"):
+        window.driver.execute_cdp_cmd(
+            "Input.dispatchDragEvent",
+            {"type": kind, "x": 400, "y": 500, "data": data},
+        )
+    angle = window.until(lambda: numbers(window, "repose angle"))
+    assert angle == [pytest.approx(ANGLE, abs=0.1)]
+    assert not window.troubles()
 
 
 def test_the_keyboard_alone_opens_a_card_and_moves_the_base_line(window):
@@ -864,26 +864,24 @@ def tab_to(window, condition: str) -> None:
 
 
 def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(
-    serve, tmp_path
+    serve, tmp_path, window
 ):
     for name in ("one", "two"):
         readings(tmp_path / name, "drop-01")
     with serve(tmp_path) as address:
-        window = Window(address, tmp_path)
-        try:
-            window.until(lambda: "1 drop" in window.text())
-            window.press("New bench")
-            window.until(lambda: "say a name for the bench first" in window.text())
-            window.type("name", "mung beans")
-            window.press("New bench")
-            window.until(lambda: "Nothing here yet" in window.text())
-            assert (
-                tomllib.loads((tmp_path / "mung beans" / "bench.toml").read_text())
-                is not None
-            )
-            assert not window.troubles()
-        finally:
-            window.driver.quit()
+        window = Window(address, tmp_path, window.driver)
+        window.until(lambda: "1 drop" in window.text())
+        window.press("New bench")
+        window.until(lambda: "say a name for the bench first" in window.text())
+        window.type("name", "mung beans")
+        window.press("New bench")
+        window.until(lambda: "Nothing here yet" in window.text())
+        assert (
+            tomllib.loads((tmp_path / "mung beans" / "bench.toml").read_text())
+            is not None
+        )
+        assert not window.troubles()
+        window.open("about:blank")  # before the server is gone
 
 
 class Elsewhere(http.server.BaseHTTPRequestHandler):
@@ -929,23 +927,12 @@ def test_a_report_draws_itself_and_reaches_nothing_elsewhere(window):
         window.driver.get_log("browser")  # it complains, as it should
 
 
-def test_the_page_opens_from_a_file_that_holds_the_key(serve, tmp_path):
-    """As the command hands it to the browser: a strict cookie is sent all the same."""
-    with serve(tmp_path / "bench") as address:
-        file = tmp_path / "open.html"
-        file.write_text(forwarding(address))
-        window = Window(address.split("?")[0], tmp_path / "bench")
-        try:
-            assert "holds the key" in window.text()
-            window.open(file.as_uri())
-            window.until(lambda: "Nothing here yet" in window.text())
-            assert "token" not in window.driver.current_url
-        finally:
-            window.driver.quit()
-
-
-def test_a_server_on_another_port_gets_no_cookie(serve, tmp_path):
-    """Neither by the number of this machine nor by its name."""
+def test_the_page_opens_from_a_file_and_no_other_server_gets_the_cookie(
+    serve, tmp_path
+):
+    """As the command hands it to the browser: a strict cookie is sent all the same, and
+    to no server on another port, neither by the number of this machine nor by its
+    name."""
     heard = []
 
     class Listener(http.server.BaseHTTPRequestHandler):
@@ -957,9 +944,14 @@ def test_a_server_on_another_port_gets_no_cookie(serve, tmp_path):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Listener)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     with serve(tmp_path / "bench", named=True) as address:
-        window = Window(address, tmp_path / "bench")
+        file = tmp_path / "open.html"
+        file.write_text(forwarding(address))
+        window = Window(address.split("?")[0], tmp_path / "bench")
         try:
+            assert "holds the key" in window.text()
+            window.open(file.as_uri())
             window.until(lambda: "Nothing here yet" in window.text())
+            assert "token" not in window.driver.current_url
             assert ".localhost" in window.driver.current_url
             assert len(window.driver.get_cookies()) >= 1  # the control
             for name in ("127.0.0.1", "localhost", "other.localhost"):
