@@ -59,7 +59,8 @@ class Shown(Protocol):
 
 def write_page(found: Shown, file: Path) -> None:
     """Write figure and table as one page that opens without a network."""
-    figure = found.plot().to_html(full_html=False, include_plotlyjs=True)
+    look = {"displayModeBar": False}
+    figure = found.plot().to_html(look, full_html=False, include_plotlyjs=True)
     write_whole(file, PAGE.format(figure=figure, table=found._repr_html_()))
 
 

@@ -55,13 +55,6 @@ def points(
     return drawn | {"x": listed(x), "y": listed(y)}
 
 
-def points_3d(
-    x: Iterable[float], y: Iterable[float], z: Iterable[float], **marker: Any
-) -> dict:
-    """Points in space for plotly; marker as in `points`."""
-    return points(x, y, **marker) | {"type": "scatter3d", "z": listed(z)}
-
-
 def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, color: str) -> dict:
     """An area between two curves for plotly, in a shade of `color`."""
     edge = line(np.r_[x, x[::-1]], np.r_[low, high[::-1]], color, "")
@@ -86,14 +79,6 @@ def layout(x: str, y: str, **more: Any) -> dict:
         "height": 400,
         "legend": {"orientation": "h", "y": -0.3},
     } | more
-
-
-def layout_3d(axes: dict[str, dict], camera: dict, height: int) -> dict:
-    """The same in space; axes: of each of x, y, z its plotly keys."""
-    scene = {f"{k}axis": axis for k, axis in axes.items()} | {"camera": camera}
-    margin = {"l": 0, "r": 0, "t": 10, "b": 0}
-    look = {"margin": margin, "showlegend": False, "height": height}
-    return {"scene": scene} | look
 
 
 def listed(values: Iterable[float]) -> list[float]:

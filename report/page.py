@@ -96,7 +96,6 @@ def _figures(c: Calibration) -> dict[str, dict]:
         if s.path is not None:
             out["path"] = pile_figures.path(s)
         for a, b in combinations(s.box.names, 2):
-            out[f"surface-{a}-{b}"] = pile_figures.surface(s, a, b)
             out[f"contour-{a}-{b}"] = pile_figures.contour(s, a, b)
         out["residuals"] = pile_figures.residuals(s)
     if c.joint is not None:

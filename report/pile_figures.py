@@ -10,10 +10,7 @@ from benchtwin.calibrate.procedure.surface import SurfaceFit
 from benchtwin.calibrate.statistics.surface import response_grid
 from benchtwin.report import draw
 
-CENTRE = {"x": 0, "y": 0, "z": -0.2}
-# titles of the axes in view
-CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": CENTRE}
-STEPS_3D, STEPS_MAP = 25, 41
+STEPS = 41  # of a map, along either axis
 
 
 def path(fit: SurfaceFit) -> dict:
@@ -31,42 +28,20 @@ def path(fit: SurfaceFit) -> dict:
     return {"data": [band, runs, bench], "layout": layout}
 
 
-def _grid(
-    fit: SurfaceFit, across: str, along: str, steps: int
-) -> tuple[dict, np.ndarray]:
-    """The axes of two factors as plotly takes them, and the response (steps, steps),
+def _grid(fit: SurfaceFit, across: str, along: str) -> tuple[dict, np.ndarray]:
+    """The axes of two factors as plotly takes them, and the response (STEPS, STEPS),
     the other factors at the optimum."""
     at = {n: v for n, v in fit.optimum.point.items() if n not in (across, along)}
-    grid = response_grid(fit.surface, across, along, steps=steps, at=at)
+    grid = response_grid(fit.surface, across, along, steps=STEPS, at=at)
     named = {"x": across, "y": along}
     axes = {k: draw.listed(sorted(grid[n].unique())) for k, n in named.items()}
-    return axes, grid["predicted"].to_numpy().reshape(steps, steps).T
-
-
-def surface(fit: SurfaceFit, across: str, along: str) -> dict:
-    """The response over two factors: a surface to turn, with the bench's plane in
-    it."""
-    axes, z = _grid(fit, across, along, STEPS_3D)
-    drawn = {"type": "surface", "showscale": False} | axes
-    lines = {"z": {"show": True, "color": "white", "width": 1}}
-    orange = [[0, draw.ORANGE], [1, draw.ORANGE]]
-    look = {"colorscale": "Viridis", "opacity": 0.9, "contours": lines}
-    level = {"opacity": 0.35, "colorscale": orange, "hoverinfo": "skip"}
-    places = (fit.design[n] for n in (across, along, PILE.response))
-    data = [
-        drawn | {"z": draw.rows(z)} | look,
-        drawn | {"z": draw.rows(np.full_like(z, fit.bench.value))} | level,
-        draw.points_3d(*places, size=3, color="black") | {"name": "runs"},
-    ]
-    titles = zip("xyz", (draw.short(across), draw.short(along), "°"))
-    named = {k: {"title": {"text": title}} for k, title in titles}
-    return {"data": data, "layout": draw.layout_3d(named, CAMERA, 380)}
+    return axes, grid["predicted"].to_numpy().reshape(STEPS, STEPS).T
 
 
 def contour(fit: SurfaceFit, across: str, along: str) -> dict:
-    """The same response as a map (what paper shows), the bench's angle as a heavy line,
-    the optimum as a diamond."""
-    axes, z = _grid(fit, across, along, STEPS_MAP)
+    """The response over two factors as a map, the runs as dots, the bench's angle as a
+    heavy line, the optimum as a diamond."""
+    axes, z = _grid(fit, across, along)
     drawn = {"type": "contour", "z": draw.rows(z)} | axes
     bar = {"title": {"text": "°"}, "thickness": 12}
     field = {"colorscale": "Viridis", "contours": {"showlabels": True}, "colorbar": bar}
@@ -78,8 +53,10 @@ def contour(fit: SurfaceFit, across: str, along: str) -> dict:
     look["line"] = {"color": "white", "width": 1}
     x, y = ([fit.optimum.point[n]] for n in (across, along))
     point = draw.points(x, y, "optimum", **look)
+    at = fit.design[across], fit.design[along]
+    runs = draw.points(*at, "runs", size=4, color="black")
     layout = draw.layout(draw.short(across), draw.short(along), showlegend=False)
-    return {"data": [drawn | field, drawn | line, point], "layout": layout}
+    return {"data": [drawn | field, drawn | line, runs, point], "layout": layout}
 
 
 def residuals(fit: SurfaceFit) -> dict:
