@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from benchtwin.prove.intervals import GRID, Power, binomial_interval, power_curve
+from benchtwin.prove.score import GRID, Power, binomial_interval, power_curve
 
 STEPS = (0.0, 3.0, 5.0, 7.0, 10.0, 15.0, math.inf)  # of SNR
 KINDS = {

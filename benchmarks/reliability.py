@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from benchtwin.prove.intervals import EDGES, binomial_interval
+from benchtwin.prove.score import EDGES, binomial_interval
 
 
 def bins_of(table: pd.DataFrame) -> pd.DataFrame:

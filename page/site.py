@@ -7,9 +7,8 @@ from pathlib import Path
 
 from benchtwin.measure.observe import Progress
 from benchtwin.page import pictures
-from benchtwin.page.card_number import CardNumber, version
 from benchtwin.page.folder import Folder, Refused
-from benchtwin.page.measuring import measure_recording
+from benchtwin.page.measuring import CardNumber, measure_recording, version
 from benchtwin.page.toml_file import History
 from benchtwin.page.upload import ReceivedFile
 from benchtwin.vision.evidence.sound import Sound

@@ -14,10 +14,17 @@ from plotly.offline import get_plotlyjs
 from scipy.special import logit, ndtri
 
 from benchtwin.prove.files import write_whole
-from benchtwin.prove.intervals import FALSE_ALARM, GRID, binomial_interval, reliability
 from benchtwin.prove.judge import Judged, cases_table
 from benchtwin.prove.rigs import RIGS
-from benchtwin.prove.score import Row, confusion, power
+from benchtwin.prove.score import (
+    FALSE_ALARM,
+    GRID,
+    Row,
+    binomial_interval,
+    confusion,
+    power,
+    reliability,
+)
 
 
 def write_all(out: Path, judged: list[Judged], rows: list[Row], seed: int) -> None:

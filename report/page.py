@@ -15,7 +15,7 @@ from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.procedure.surface import SurfaceFit
 from benchtwin.calibrate.procedure.words import in_status, ties_in_words
 from benchtwin.calibrate.result_file import CONVENTIONS
-from benchtwin.report import draw, figures, pile_figures, side_by_side
+from benchtwin.report import draw, figures
 from benchtwin.report.numbers import cells, sentence
 from benchtwin.report.template import fill
 
@@ -42,7 +42,7 @@ def render(c: Calibration) -> str:
             for n, fit in c.steel.items()
         ],
         shape=verdict(c.more["shape_effect"]) if "shape_effect" in c.more else [],
-        pairs=side_by_side.panels(c.more.get("pairs", [])),
+        pairs=figures.panels(c.more.get("pairs", [])),
     )
 
 
@@ -91,13 +91,13 @@ def _surface(s: SurfaceFit) -> dict:
 
 def _figures(c: Calibration) -> dict[str, dict]:
     out = {f"steel-{n}": figures.steel(fit) for n, fit in c.steel.items()}
-    out |= {f"pair-{p.rig}": side_by_side.figure(p) for p in c.more.get("pairs", [])}
+    out |= {f"pair-{p.rig}": figures.side_by_side(p) for p in c.more.get("pairs", [])}
     if (s := c.surface) is not None:
         if s.path is not None:
-            out["path"] = pile_figures.path(s)
+            out["path"] = figures.path(s)
         for a, b in combinations(s.box.names, 2):
-            out[f"contour-{a}-{b}"] = pile_figures.contour(s, a, b)
-        out["residuals"] = pile_figures.residuals(s)
+            out[f"contour-{a}-{b}"] = figures.contour(s, a, b)
+        out["residuals"] = figures.residuals(s)
     if c.joint is not None:
         table = parameters(c)
         seeds = table[table["parameter"].isin(SEED_FACTORS)]

@@ -9,9 +9,23 @@ import numpy as np
 
 from benchtwin.bench.rigs import RIGS
 from benchtwin.measure.observed import Observed
-from benchtwin.twin.curve import Curve
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording as Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """What a recording shows: y (n,) over x (n,), ascending; where x begins is the
+    recording's own, unless `fixed`; frame (n,): numbers of the pictures, None of what
+    is not over time."""
+
+    x_name: str
+    y_name: str
+    x: np.ndarray
+    y: np.ndarray
+    fixed: bool = False
+    frame: np.ndarray | None = None
+
 
 LEAST_OVERLAP = 0.5  # of the shorter curve
 SHIFTS = 801

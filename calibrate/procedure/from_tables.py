@@ -14,8 +14,7 @@ import pandas as pd
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings, bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
-from benchtwin.calibrate.procedure.published import check_pile, check_steel
-from benchtwin.calibrate.procedure.published_keys import checked
+from benchtwin.calibrate.procedure.published import check_pile, check_steel, checked
 from benchtwin.calibrate.procedure.rigs import PILE, STEEL
 from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel
 from benchtwin.calibrate.procedure.surface import SurfaceFit, angle_alone, fit_pile

@@ -1,14 +1,26 @@
 """What a publication prints of its own analysis beside what its tables give."""
 
+import re
+from pathlib import Path
+from typing import Any
+
 import pandas as pd
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    ValidationError,
+    create_model,
+    field_validator,
+)
 
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.calibration import FOLLOWS
-from benchtwin.calibrate.procedure.rigs import PILE
+from benchtwin.calibrate.procedure.rigs import PILE, SEED_FACTORS, STEEL
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.procedure.surface import SurfaceFit
 from benchtwin.calibrate.statistics.ascent import relative_error
-from benchtwin.calibrate.statistics.published_values import compare, flatten
 
 ANOVA_COLUMNS = ("sum_of_squares", "df", "mean_square", "f", "p")
 POWERS = ("1", "x", "x²", "x³")
@@ -93,3 +105,106 @@ def _compared(
         )
     table = compare(printed, recomputed) if printed else pd.DataFrame(columns=FOLLOWS)
     return table.assign(item=[f"{where}: {item}" for item in table["item"]])
+
+
+# of the last printed digit: 0.125 printed as 0.12 or as 0.13 is the same rounding
+SLACK = 0.02
+
+
+def follows(printed: str, recomputed: float) -> bool:
+    """Whether `recomputed` rounds to what is printed.
+
+    printed: as in print, so that its digits show: "14.40", "4.45E-003", "-10.23",
+    "<0.01", ">0.05". Raises ValueError where the text is no number.
+
+    >>> follows("0.07", 0.0656), follows("1", 7), follows("<0.01", 0.0294)
+    (True, False, False)
+    """
+    text = printed.strip().replace("−", "-").replace(" ", "")
+    bound = text[:1] if text[:1] in "<>" else ""
+    match = re.fullmatch(r"([-+]?\d*\.?(\d*))(?:[eE]([-+]?\d+))?", text[len(bound) :])
+    if not match or not re.search(r"\d", match[1]):
+        raise ValueError(f"printed value {printed!r} is not a number")
+    value = float(text[len(bound) :])
+    unit = 10.0 ** (int(match[3] or 0) - len(match[2]))
+    if bound:
+        return recomputed < value if bound == "<" else recomputed > value
+    return abs(recomputed - value) <= (0.5 + SLACK) * unit
+
+
+def compare(printed: dict[str, str], recomputed: dict[str, float]) -> pd.DataFrame:
+    """One row a printed value: item, printed, recomputed, follows. Raises ValueError
+    for an item that was not recomputed."""
+    unknown = [item for item in printed if item not in recomputed]
+    if unknown:
+        raise ValueError(
+            f"printed values that nothing was recomputed for: {', '.join(unknown)}"
+        )
+    rows = [
+        (item, text, float(recomputed[item]), follows(text, recomputed[item]))
+        for item, text in printed.items()
+    ]
+    return pd.DataFrame(rows, columns=["item", "printed", "recomputed", "follows"])
+
+
+def flatten(table: pd.DataFrame, key: str) -> dict[str, float]:
+    """A recomputed table as {"<row> <column>": value}, the row named by column `key`:
+    what `compare` takes."""
+    return {
+        f"{row[key]} {c}": row[c]
+        for _, row in table.iterrows()
+        for c in table.columns
+        if c != key
+    }
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class _Verification(_Section):
+    mean: FiniteFloat = Field(gt=0)
+
+
+class _Rig(_Section):
+    """bench_trimmed: highest and lowest readings left out before; printed: item →
+    number."""
+
+    bench_trimmed: int = Field(default=0, ge=0, le=1000)
+    printed: dict[str, str] = Field(default_factory=dict)
+    verification: _Verification | None = None
+
+
+class _Pile(_Rig):
+    """optimum: factor → value; anova: row → its printed columns."""
+
+    optimum: dict[str, FiniteFloat] | None = None
+    anova: dict[str, list[str]] = Field(default_factory=dict)
+
+    @field_validator("optimum")
+    @classmethod
+    def _of_all(cls, optimum: dict[str, float] | None) -> dict[str, float] | None:
+        if optimum is not None and set(optimum) != set(SEED_FACTORS):
+            raise ValueError(
+                f"needs {', '.join(SEED_FACTORS)}; here are {', '.join(optimum)}"
+            )
+        return optimum
+
+
+_RIGS: dict[str, Any] = {name: (_Rig, _Rig()) for name in STEEL}
+_RIGS |= {PILE.name: (_Pile, _Pile()), "title": (str, "")}
+_Published = create_model("_Published", __base__=_Section, **_RIGS)
+
+
+def checked(content: dict, file: Path) -> dict:
+    """The content as it is; ValueError, naming file and key, for a key that is unknown
+    or holds something else."""
+    try:
+        _Published.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise ValueError(
+            f"{file}: {place}: {first['msg'][0].lower()}{first['msg'][1:]}"
+        ) from error
+    return content

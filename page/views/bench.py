@@ -8,7 +8,8 @@ from urllib.parse import quote
 from nicegui import Client, background_tasks, ui
 
 from benchtwin.bench.numbers import plus_minus
-from benchtwin.page.card_number import (
+from benchtwin.page.folder import RESULTS, Refused, clean_name
+from benchtwin.page.measuring import (
     FILMS,
     CardNumber,
     measured_number,
@@ -16,7 +17,6 @@ from benchtwin.page.card_number import (
     original_name,
     version,
 )
-from benchtwin.page.folder import RESULTS, Refused, clean_name
 from benchtwin.page.site import Site
 from benchtwin.page.views import keys_form, recording_menu, results
 from benchtwin.page.views import runs as runs_panel

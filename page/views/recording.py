@@ -14,9 +14,9 @@ from nicegui import ui
 
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page import measuring, sound_impacts, toml_file
-from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import needed
+from benchtwin.page.measuring import original_name
 from benchtwin.page.recording_files import own_folder
 from benchtwin.page.site import Site
 from benchtwin.page.views import keys_form, recording_menu

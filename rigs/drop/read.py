@@ -11,7 +11,7 @@ import numpy as np
 from benchtwin.bench.air import air_of, drag_at, hop_s
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
-from benchtwin.twin.curve import Curve
+from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
 from benchtwin.vision.evidence.stated_rows import rows_alike
 from benchtwin.vision.evidence.tables import read_readings

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchtwin.twin.curve import Curve
+from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.pile.repose import Repose

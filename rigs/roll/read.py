@@ -8,7 +8,7 @@ import numpy as np
 
 from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.rigs.roll.roll_path import stays_on_incline
-from benchtwin.twin.curve import Curve
+from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, entries_of, sections_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError

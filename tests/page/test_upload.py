@@ -6,8 +6,8 @@ import socket
 import pytest
 from synthetic.series import film_frames, heap_photos
 
-from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Folder, Refused
+from benchtwin.page.measuring import original_name
 from benchtwin.page.upload import KINDS, ReceivedFile, check, place_files
 from benchtwin.vision.evidence.film_or_photos import LEAST_FRAMES
 from benchtwin.vision.find_recordings import find_recordings

@@ -4,18 +4,18 @@ loud and overconfident ones do not."""
 import numpy as np
 import pytest
 
-from benchtwin.prove.intervals import (
+from benchtwin.prove.judge import Judged, cases_table, judge
+from benchtwin.prove.make import Concealed, Key
+from benchtwin.prove.report import reliability_figure
+from benchtwin.prove.score import (
     EDGES,
     FLOOR,
     binomial_interval,
     log_score,
     power_curve,
     reliability,
+    table,
 )
-from benchtwin.prove.judge import Judged, cases_table, judge
-from benchtwin.prove.make import Concealed, Key
-from benchtwin.prove.report import reliability_figure
-from benchtwin.prove.score import table
 
 TIME = 2.0  # s
 

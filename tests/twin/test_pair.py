@@ -12,7 +12,7 @@ from benchtwin.calibrate.procedure import pairs as procedure
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import QUICK
-from benchtwin.report.side_by_side import figure, panels
+from benchtwin.report.figures import figure, panels
 from benchtwin.twin.pair import Curve, laid_over, pair
 from benchtwin.twin.seen import entries_of
 from benchtwin.vision.measurement import MeasurementError

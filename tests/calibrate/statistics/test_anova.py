@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 import statsmodels.formula.api as smf
 
+from benchtwin.calibrate.procedure.published import compare, flatten, follows
 from benchtwin.calibrate.statistics.designs import box_behnken
-from benchtwin.calibrate.statistics.published_values import compare, flatten, follows
 from benchtwin.calibrate.statistics.surface import (
     anova_table,
     contributions,

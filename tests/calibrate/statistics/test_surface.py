@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from benchtwin.calibrate.procedure.published import compare
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.designs import box_behnken
-from benchtwin.calibrate.statistics.published_values import compare
 from benchtwin.calibrate.statistics.surface import (
     coefficients,
     fit_surface,
