@@ -10,8 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from benchtwin.calibrate.export import ENGINES, cards, read_result
-from benchtwin.page.folder import RESULTS, Refused
-from benchtwin.page.results import CALIBRATED, ToRecord, read
+from benchtwin.page.folder import CALIBRATED, RESULTS, Refused
+from benchtwin.page.results import ToRecord, read
 from benchtwin.vision.recording import RESULTS_MARK
 
 MOST_AT_ONCE = 4  # older packages are thrown away

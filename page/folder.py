@@ -11,6 +11,7 @@ from pathlib import Path
 from benchtwin.vision.recording import RESULTS_MARK as MARK
 
 RESULTS = "results"  # in a bench: what commands left
+MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"  # in results
 INCOMING = ".incoming"  # files on their way, of pages that are open
 LONGEST_NAME = 100  # characters, each four bytes at most
 

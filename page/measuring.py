@@ -13,8 +13,8 @@ import pandas as pd
 
 from benchtwin.measure.batch import split_photos
 from benchtwin.measure.observe import Progress, observe, observe_or_fail
+from benchtwin.page.folder import MEASURED
 from benchtwin.page.pictures import photo
-from benchtwin.page.results import MEASURED
 from benchtwin.page.upload import brought_as
 from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.measurement import (

@@ -9,10 +9,15 @@ from pathlib import Path
 import pandas as pd
 
 from benchtwin.calibrate.procedure.next_tests import gain_in_words, worth_it
-from benchtwin.page.folder import RESULTS, Refused
+from benchtwin.page.folder import (
+    CALIBRATED,
+    DIAGNOSED,
+    MEASURED,
+    RESULTS,
+    Refused,
+)
 from benchtwin.page.measuring import shorten_paths
 
-MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES = "it would settle what is missing"
 SHOWS_MORE = "nothing that matters is missing so far; it would show more"
 MOST_BYTES = 200_000_000  # of a file of results

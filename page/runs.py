@@ -19,13 +19,20 @@ from typing import Literal
 from pydantic import BaseModel, ValidationError, model_validator
 
 from benchtwin.bench.whole_file import new_folder
-from benchtwin.page.folder import RESULTS, Folder, Refused
+from benchtwin.page.folder import (
+    CALIBRATED,
+    DIAGNOSED,
+    MEASURED,
+    RESULTS,
+    Folder,
+    Refused,
+)
 from benchtwin.page.private import locked, open_lock, private_folder
 
 COMMANDS = {  # what may run: its folder of results, and the options that it may have
-    "measure": ("measured", ()),
-    "calibrate": ("calibrated", ("--quick",)),
-    "diagnose": ("diagnosed", ("--quick",)),
+    "measure": (MEASURED, ()),
+    "calibrate": (CALIBRATED, ("--quick",)),
+    "diagnose": (DIAGNOSED, ("--quick",)),
 }
 WAITING, RUNNING = "waiting", "running"
 DONE, FAILED, STOPPED, BROKEN = "done", "failed", "stopped", "broken off"

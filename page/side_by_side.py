@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchtwin.page.folder import Folder
-from benchtwin.page.results import CALIBRATED, json_content, read
+from benchtwin.page.folder import CALIBRATED, Folder
+from benchtwin.page.results import json_content, read
 from benchtwin.report.draw import listed
 from benchtwin.twin.pair import Pair, pair
 from benchtwin.vision.find_recordings import find_recordings

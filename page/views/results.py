@@ -12,7 +12,7 @@ from nicegui import ui
 from benchtwin.bench.numbers import with_interval, with_unit
 from benchtwin.calibrate.export import ENGINES
 from benchtwin.page import results
-from benchtwin.page.folder import Refused
+from benchtwin.page.folder import MEASURED, Refused
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
@@ -47,7 +47,7 @@ def panel(site: Site, bench: Path, part: str) -> None:
             parts[here]()
     else:
         ui.label("Nothing yet: run something first.").classes("soft")
-    or_said(lambda: _means(folder / results.MEASURED / "summary.csv"), None)
+    or_said(lambda: _means(folder / MEASURED / "summary.csv"), None)
     _downloads(site, bench, folder)
 
 

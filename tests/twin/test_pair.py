@@ -12,7 +12,7 @@ from benchtwin.calibrate.procedure import pairs as procedure
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import QUICK
-from benchtwin.report.figures import figure, panels
+from benchtwin.report.figures import panels, side_by_side
 from benchtwin.twin.pair import Curve, laid_over, pair
 from benchtwin.twin.seen import entries_of
 from benchtwin.vision.measurement import MeasurementError
@@ -76,7 +76,7 @@ def test_a_recording_beside_itself_is_the_same_and_has_its_pictures(name):
         b"\x89PNG"
     )
     assert len(panels([same])[0]["pictures"]) == 2
-    drawn = figure(same)
+    drawn = side_by_side(same)
     assert max(abs(v) for v in drawn["data"][2]["y"]) < 1e-6
     assert max(drawn["data"][0]["y"]) > 20  # millimetres
 
