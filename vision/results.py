@@ -135,7 +135,7 @@ class Results:
                 f"{stem}.png" if i == 0 else f"{stem}-{name}.png"
             )
             (self.part / "overlays").mkdir(exist_ok=True)
-            Image.fromarray(picture).save(self.part / file, compress_level=3)
+            Image.fromarray(picture).save(self.part / file, compress_level=1)
             overlay = overlay or file.as_posix()
             self.sheet.add(file.name, name, observation)
         if observation.track is not None:

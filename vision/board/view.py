@@ -11,15 +11,18 @@ from the fit's covariance (Zhang 2000, IEEE TPAMI 22, 1330, of one view)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import OptimizeResult, least_squares
 from scipy.spatial.transform import Rotation
 
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.board.corners import Corners, find_corners
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 UPRIGHT = np.diag([1.0, -1.0, -1.0])  # of a board that is looked at straight on
 USUAL_FOCAL = 0.75  # over the diagonal: 32 mm on a full frame
@@ -183,7 +186,7 @@ def _fits(
     bend_sd: float,
     start: np.ndarray,
     error_px: float | None = None,
-) -> tuple[tuple[OptimizeResult, OptimizeResult], float]:
+) -> "tuple[tuple[OptimizeResult, OptimizeResult], float]":
     """The better fit, and the one on the other side (a distant board that leans towards
     the camera looks as one that leans away by as much); the error of a corner."""
     one, one_px = _fit(corners, bend_sd, start, error_px)
@@ -194,7 +197,9 @@ def _fits(
     return (best, worse), error_px
 
 
-def _both(best: OptimizeResult, other: OptimizeResult) -> tuple[np.ndarray, np.ndarray]:
+def _both(
+    best: "OptimizeResult", other: "OptimizeResult"
+) -> tuple[np.ndarray, np.ndarray]:
     """Values and covariance of the better of two fits, to which the other adds as much
     as it is probable."""
     share = 1 / (1 + np.exp(min(other.cost - best.cost, 500.0)))
@@ -221,9 +226,11 @@ def _fit(
     bend_sd: float,
     start: np.ndarray,
     error_px: float | None = None,
-) -> tuple[OptimizeResult, float]:
+) -> "tuple[OptimizeResult, float]":
     """The fitted parameters, and the error of a corner, which is read off what the fit
     leaves where it is not given."""
+    from scipy.optimize import least_squares  # loads for .3 s
+
     believed = {
         "ln_focal": (np.log(2 * USUAL_FOCAL), unstated_sd("focal-length")),
         "distortion": (0.0, unstated_sd("board-lens")),
