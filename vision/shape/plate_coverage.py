@@ -13,10 +13,11 @@ from benchtwin.bench.section import COVERAGE_LIMITS
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.overlay.canvas import Canvas
-from benchtwin.vision.shape.silhouettes import LEAST_CONTRAST, channel
+from benchtwin.vision.pile.surface import as_float
+from benchtwin.vision.shape.silhouettes import LEAST_CONTRAST, discriminant
 
 LARGEST_SIDE = 1500  # px of the reduced picture: seeds are tens of them wide
-CHANNELS = ("light", "red", "green", "blue", "colour")
+ROUNDS = 3  # of telling both levels by their colours
 # shares of the step from board to seed between which their border lies: dark rims and
 # shadows of the seeds themselves
 FAINT, CLEAR = 0.25, 0.6
@@ -48,18 +49,21 @@ def measure_coverage(image: np.ndarray) -> Covered:
     """Share of a picture (h, w) or (h, w, 3), uint8 or uint16, that seeds of one layer
     cover, between which a board of another colour or brightness is seen.
 
-    Two levels by Otsu's threshold in the channel in which they stand apart most; seeds
-    are those of the two that have a middle: of their area more lies deeper than half of
-    the greatest depth than of gaps between them. sd: where the border lies between both
-    levels, and how evenly seeds lie. MeasurementError where no two levels stand
-    apart, or no single layer covers as much."""
+    Two levels by Otsu's threshold along the direction of colour in which they stand
+    apart most, from each channel and from colourfulness on; seeds are those of the two
+    that have a middle: of their area more lies deeper than half of the greatest depth
+    than of gaps between them. sd: where the border lies between both levels, and how
+    evenly seeds lie. MeasurementError where no two levels stand apart, or no single
+    layer covers as much."""
     step = max(1, int(np.ceil(max(image.shape[:2]) / LARGEST_SIDE)))
     size = image.shape[1] // step, image.shape[0] // step
     small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    names = CHANNELS if small.ndim == 3 else CHANNELS[:1]
-    pictures = [cv2.GaussianBlur(channel(small, n), (0, 0), 0.8) for n in names]
-    contrast, levels = max((_apart(p) for p in pictures), key=lambda found: found[0])
-    if contrast < LEAST_CONTRAST:
+    pixels = as_float(cv2.GaussianBlur(small, (0, 0), 0.8))
+    flat = pixels.reshape(-1, pixels.shape[2])
+    tried = [_two_levels(flat, start) for start in (*flat.T, np.ptp(flat, axis=1))]
+    within, levels = min(tried, key=lambda found: found[0])
+    levels = levels.reshape(pixels.shape[:2])
+    if LEAST_CONTRAST * within > 1:
         raise MeasurementError(
             "seeds do not stand out from the board between them: photograph the plate"
             " from above, with light from all sides, on a board of another colour"
@@ -100,15 +104,16 @@ def coverage_of(file: Path) -> Covered:
         raise MeasurementError(f"{file}: {error.strerror or error}") from error
 
 
-def _apart(picture: np.ndarray) -> tuple[float, np.ndarray]:
-    """How many sds a picture's two levels are apart, and the picture on a scale on
-    which these are 0 and 1."""
-    high = picture > threshold_otsu(picture)
-    if high.all() or not high.any():
-        return 0.0, picture
-    low, top = (float(picture[of].mean()) for of in (~high, high))
-    spread = np.where(high, picture - top, picture - low).std()
-    return float((top - low) / (spread + 1e-6)), (picture - low) / (top - low)
+def _two_levels(flat: np.ndarray, start: np.ndarray) -> tuple[float, np.ndarray]:
+    """The colours (n, c) on a scale (n,) on which the two levels that they have are 0
+    and 1, found from those of `start` (n,) on; and their sd within either."""
+    levels = start
+    for _ in range(ROUNDS):
+        high = levels > threshold_otsu(levels)
+        low = flat[~high].mean(axis=0)
+        direction, _ = discriminant(flat[~high], flat[high], low)
+        levels = (flat - low) @ direction
+    return float(np.where(levels > 0.5, levels - 1, levels).std()), levels
 
 
 def _with_a_middle(mask: np.ndarray) -> float:

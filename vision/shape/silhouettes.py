@@ -8,11 +8,14 @@ import numpy as np
 from skimage.filters import threshold_isodata
 
 from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.pile.surface import as_float, fit_illumination, illumination_at
 
 # px of the reduced picture on which background and threshold are found
 SMALL_SIDE = 700
 LEAST_CONTRAST = 3.0  # difference of the means of grains and background, in their sds
-CLEARLY = 0.6  # of the height of what stands out
+# levels of 255: of a colour, added to what it scatters by; of grains from background
+LEAST_SPREAD, LEAST_GAP = 2.0, 5.0
+SHADOW = 0.1  # sd of the share of the background's light that a shadow takes
 LEAST_SMALL_PX = 12  # area of a thing in the reduced picture
 # two maxima of depth are one grain where the path between them stays above this share
 # of the lower one
@@ -42,15 +45,16 @@ class Piece:
 
 
 def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relief:
-    """Scale the channel with the best contrast so that grains are about 1 and the
-    background about 0, whichever is lighter. The background's illumination is a
-    quadratic surface. forbidden (h, w), bool: neither grains nor background (a
-    board's sheet). Raises MeasurementError where nothing stands out."""
+    """The share of the way from the background's colour to the grains', whichever is
+    lighter. The background's illumination is a quadratic surface in each channel.
+    forbidden (h, w), bool: neither grains nor background (a board's sheet). Raises
+    MeasurementError where nothing stands out."""
     allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
     small = cv2.resize(image, small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
-    best = _best_channel(small, small_allowed)
+    small = cv2.GaussianBlur(as_float(small), (0, 0), 0.8).reshape(*small.shape[:2], -1)
+    best = _separate(small, small_allowed)
     others: tuple[np.ndarray, ...] = ()
     # repeated without large things: a white label beside brown seeds would be the upper
     # level
@@ -59,12 +63,12 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relie
         if large is None:
             break
         mask, outlines = large
-        again = _best_channel(small, small_allowed & ~mask)
-        if again is None or again[0] < LEAST_CONTRAST:
+        again = _separate(small, small_allowed & ~mask)
+        if again is None or again.contrast < LEAST_CONTRAST:
             break
         best, small_allowed = again, small_allowed & ~mask
         others += tuple(o * step + step // 2 for o in outlines)
-    if best is None or best[0] < LEAST_CONTRAST:
+    if best is None or best.contrast < LEAST_CONTRAST:
         raise MeasurementError(
             "no seeds stand out from the ground; spread them on paper or cloth of a"
             " contrasting colour"
@@ -75,47 +79,33 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relie
         allowed = allowed & (
             cv2.resize(small_mask, size, interpolation=cv2.INTER_NEAREST) > 0
         )
-    _, surface, gain, threshold, name = best
-    height = channel(image, name)
-    height -= _surface(surface, height.shape)
-    height *= np.float32(gain)
-    height = cv2.GaussianBlur(height, (0, 0), 1.0)
-    return Relief(height, ((height > threshold) & allowed).astype(np.uint8), others)
+    height = cv2.GaussianBlur(best.height(as_float(image)), (0, 0), 1.0)
+    return Relief(
+        height, ((height > best.threshold) & allowed).astype(np.uint8), others
+    )
 
 
-def _best_channel(
-    small: np.ndarray, allowed: np.ndarray
-) -> tuple[float, np.ndarray, float, float, str] | None:
-    """Contrast, background, gain and threshold (see `_separate_levels`) of a channel,
-    and its name: that with the best contrast of those in which most things stand out,
-    not the one that shows a red cap alone."""
-    if allowed.mean() < 0.03:
-        return None
-    names = ("light", "red", "green", "blue", "colour")[
-        : None if small.ndim == 3 else 1
-    ]
-    pictures = {n: cv2.GaussianBlur(channel(small, n), (0, 0), 0.8) for n in names}
-    levels = {n: _separate_levels(p, allowed) for n, p in pictures.items()}
-    told = {n: found for n, found in levels.items() if found}
-    clear = {n: f for n, f in told.items() if f[0] >= LEAST_CONTRAST}
-    shown = {n: _things(pictures[n], f, allowed) for n, f in clear.items()}
-    most = max(shown.values(), default=0)
-    best = None
-    for name, found in (clear or told).items():
-        if 2 * shown.get(name, most) < most:
-            continue
-        if best is None or found[0] > best[0] + 0.5:
-            best = (*found, name)
-    return best
+@dataclass(frozen=True, eq=False)
+class _Levels:
+    """Grains and background of a picture: their contrast, the background's surface
+    (6, c), the direction (c,) in which grains differ from it, scaled to 1, and the
+    threshold on that scale."""
+
+    contrast: float
+    surface: np.ndarray
+    direction: np.ndarray
+    threshold: float
+
+    def height(self, pixels: np.ndarray) -> np.ndarray:
+        """About 0 on the background and 1 on grains, float32 (h, w)."""
+        ground = illumination_at(
+            self.surface @ self.direction[:, None], *_grid(pixels), pixels.shape[:2]
+        )
+        return (pixels @ self.direction.astype(np.float32)) - ground[..., 0]
 
 
-def _things(picture: np.ndarray, levels: tuple, allowed: np.ndarray) -> int:
-    """How many things stand out clearly."""
-    _, surface, gain, _ = levels
-    height = (picture - _surface(surface, picture.shape)) * np.float32(gain)
-    clear = ((height > CLEARLY) & allowed).astype(np.uint8)
-    stats = cv2.connectedComponentsWithStats(clear)[2]
-    return int((stats[1:, cv2.CC_STAT_AREA] > LEAST_SMALL_PX).sum())
+def _grid(pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.arange(pixels.shape[1]), np.arange(pixels.shape[0])[:, None]
 
 
 def _large_things(
@@ -123,11 +113,8 @@ def _large_things(
 ) -> tuple[np.ndarray, list[np.ndarray]] | None:
     """(mask, outlines) of things larger than 2 % of the reduced picture and 20 times
     the typical area; None without any."""
-    _, surface, gain, threshold, name = best
-    height = (channel(small, name) - _surface(surface, allowed.shape)) * np.float32(
-        gain
-    )
-    seeds = ((height > threshold) & allowed).astype(np.uint8)
+    height = best.height(small)
+    seeds = ((height > best.threshold) & allowed).astype(np.uint8)
     contours = cv2.findContours(seeds, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
     seen = areas > LEAST_SMALL_PX
@@ -141,57 +128,48 @@ def _large_things(
     return cv2.dilate(mask, np.ones((9, 9), np.uint8)) > 0, [c[:, 0] for c in chosen]
 
 
-def channel(image: np.ndarray, name: str) -> np.ndarray:
-    """A grey picture, float32 0–1: brightness, one channel, or colourfulness (largest −
-    smallest channel)."""
-    top = np.float32(np.iinfo(image.dtype).max)
-    if image.ndim == 2:
-        return image.astype(np.float32) / top
-    if name == "light":
-        return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32) / top
-    if name == "colour":
-        red, green, blue = cv2.split(image)
-        return (
-            cv2.max(cv2.max(red, green), blue) - cv2.min(cv2.min(red, green), blue)
-        ).astype(np.float32) / top
-    return image[..., ("red", "green", "blue").index(name)].astype(np.float32) / top
-
-
-def _separate_levels(
-    small: np.ndarray, allowed: np.ndarray
-) -> tuple[float, np.ndarray, float, float] | None:
-    """Contrast, coefficients of the background, the gain that scales grains to 1, and
-    the threshold on that scale."""
-    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in small.shape)
-    flat, surface = small, np.zeros(6, np.float32)
+def _separate(small: np.ndarray, allowed: np.ndarray) -> _Levels | None:
+    """What dominates the picture's border is background, and what differs from it most
+    is grains: Fisher's discriminant of both, thrice, from the distance to the border's
+    colour on."""
+    if allowed.mean() < 0.03:
+        return None
+    rim = np.zeros_like(allowed)
+    rim[:3], rim[-3:], rim[:, :3], rim[:, -3:] = True, True, True, True
+    rim = rim & allowed if (rim & allowed).any() else allowed
+    value = np.linalg.norm(small - np.median(small[rim], axis=0), axis=2)
     for _ in range(3):
-        threshold = _isodata_threshold(flat[allowed])
-        high = flat > threshold
-        rim = np.zeros_like(allowed)
-        rim[:3], rim[-3:], rim[:, :3], rim[:, -3:] = True, True, True, True
-        rim &= allowed
-        share = high[rim].mean() if rim.any() else high[allowed].mean()
-        up = share < 0.5  # the background is what dominates the picture's border
-        ground = allowed & (~high if up else high)
-        grains = allowed & (high if up else ~high)
+        high = value > _isodata_threshold(value[allowed])
+        high = high if high[rim].mean() < 0.5 else ~high
+        ground, grains = allowed & ~high, allowed & high
         if ground.sum() < 50 or grains.sum() < 20:
             return None
-        inner = (
-            cv2.erode(ground.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=1)
-            > 0
-        )
+        kernel = np.ones((5, 5), np.uint8)
+        inner = cv2.erode(ground.astype(np.uint8), kernel, borderValue=1) > 0
         where = inner if inner.sum() > 50 else ground
-        y, x = np.nonzero(where)
-        u, v = xs[x], ys[y]
-        terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], -1)
-        surface = np.linalg.lstsq(terms, small[y, x], rcond=None)[0].astype(np.float32)
-        flat = small - _surface(surface, small.shape)
-    gap = float(flat[grains].mean() - flat[ground].mean())
-    spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
-    if abs(gap) < 0.02:
+        surface = fit_illumination(small, where)
+        flat = small - illumination_at(surface, *_grid(small), small.shape[:2])
+        direction, contrast = discriminant(
+            flat[where], flat[grains], small[where].mean(axis=0)
+        )
+        value = flat @ direction
+    if np.linalg.norm(direction) * LEAST_GAP > 1:
         return None
-    level = _isodata_threshold(flat[allowed] / gap)
-    return (abs(gap) / spread, surface, 1 / gap, float(np.clip(level, 0.2, 0.3)))
+    level = float(np.clip(_isodata_threshold(value[allowed]), 0.2, 0.3))
+    return _Levels(contrast, surface, direction, level)
+
+
+def discriminant(
+    ground: np.ndarray, grains: np.ndarray, lit: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Fisher's discriminant of the colours (n, c) of background and grains: the
+    direction (c,) along which their means are 1 apart, and how many sds that is. lit
+    (c,): the background's colour, of which a shadow takes a share."""
+    gap = grains.mean(axis=0) - ground.mean(axis=0)
+    spread = np.cov(ground.T) + np.cov(grains.T) + LEAST_SPREAD**2 * np.eye(len(gap))
+    direction = np.linalg.solve(spread + SHADOW**2 * np.outer(lit, lit), gap)
+    direction /= max(float(gap @ direction), 1e-12)
+    return direction, float((direction @ spread @ direction) ** -0.5)
 
 
 def _isodata_threshold(values: np.ndarray) -> float:
@@ -205,13 +183,6 @@ def _isodata_threshold(values: np.ndarray) -> float:
     middle = (edges[1:] + edges[:-1]) / 2
     levels = threshold_isodata(hist=(count, middle), return_all=True)
     return min(levels, key=lambda level: abs(level - (low + high) / 2), default=high)
-
-
-def _surface(c: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """The quadratic surface of these coefficients over a picture whose sides go from −1
-    to 1."""
-    y, x = np.ix_(*(np.linspace(-1, 1, n, dtype=np.float32) for n in shape))
-    return c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * (x * y) + c[5] * y * y
 
 
 def touching_patch(
