@@ -151,10 +151,8 @@ def test_what_stands_where_results_are_left_is_named_and_not_written_to(
 
 def test_a_copied_bench_works_on_itself(bench, folder):
     copy = bench.with_name("copy")
-    first = runs.enqueue(bench, "measure", (), folder)
-    until(lambda: status_of(bench, first) == runs.DONE)
+    (folder.results(bench) / "measured").mkdir()
     shutil.copytree(bench, copy)
-    shutil.rmtree(copy / "results" / "measured")
     before = sorted(p.stat().st_mtime_ns for p in bench.rglob("*"))
     there = runs.enqueue(copy, "measure", (), folder)
     until(lambda: status_of(copy, there) == runs.DONE)
@@ -530,8 +528,7 @@ def test_on_a_full_disk_nothing_is_lost_and_it_goes_on_when_there_is_room(
 ):
     shutil.copytree(bench, small_disk / "soy")
     bench, folder = small_disk / "soy", Folder(small_disk)
-    first = runs.enqueue(bench, "measure", (), folder)
-    until(lambda: status_of(bench, first) == runs.DONE)
+    folder.results(bench)
     filling = small_disk / "filling"
     with contextlib.suppress(OSError), filling.open("wb", buffering=0) as out:
         while True:
@@ -543,7 +540,7 @@ def test_on_a_full_disk_nothing_is_lost_and_it_goes_on_when_there_is_room(
     assert "No space left" in runs.all_runs(bench)[0].log
     filling.unlink()
     runs.resume(again, bench, folder)
-    until(lambda: [r.status for r in runs.all_runs(bench)] == [runs.DONE] * 2)
+    until(lambda: status_of(bench, again) == runs.DONE)
     packed_bench(bench, small_disk)
 
 

@@ -30,9 +30,7 @@ def main(arguments: list[str]) -> int:
         return 2
     store = open_store(file.parent.parent)
     root = str(store.root)
-    order = Order(
-        root, store.id, simulate_and_measure, "all", 1, store.now_s(), retry_failed=True
-    )
+    order = Order(root, store.id, simulate_and_measure, 1, store.now_s(), alone=True)
     reply = attempt(order, job, told.get("key", job.key))
     if reply.outcome is None:
         print(

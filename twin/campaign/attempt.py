@@ -35,15 +35,15 @@ class Order:
     job.
 
     since_s: when the campaign began, by the store's clock; failures recorded later
-    count. retry_failed: earlier ones do not. wait: for who has the job."""
+    count. alone: a failed job that is run by itself: earlier failures do not count, and
+    all of its pictures stay. wait: for who has the job."""
 
     root: str
     id: str
     work: Work
-    keep: str
     threads: int
     since_s: float
-    retry_failed: bool
+    alone: bool = False
     wait: bool = False
 
 
@@ -93,7 +93,7 @@ def attempt(order: Order, job: Any, key: str) -> Reply:
 
 def recorded(store: Store, order: Order, key: str) -> Outcome | None:
     """What the store holds for a key that this campaign takes as its answer."""
-    again = order.retry_failed
+    again = order.alone
     return store.finished(
         key, since_s=order.since_s if again else 0.0
     ) or store.failure(key, lasting=not again, since_s=order.since_s)
@@ -106,18 +106,15 @@ def _compute(store: Store, order: Order, job: Any) -> Reply:
         try:
             measured = order.work(job, folder, order.threads)
             _check_numbers(measured)
-            thin(folder, measured, order.keep)
+            if not (order.alone or measured.reason):
+                thin(folder, measured)
         except Exception as error:  # whatever ends one job must not end the others
             if is_of_the_store(error, order.root):
                 raise
             outcome = store.put_failure(job.key, _failure(order, job, error))
             return Reply(job.key, outcome, computed=True)
         seconds = time.perf_counter() - begin - measured.warming_s
-        more = {
-            "kept": order.keep,
-            "host": socket.gethostname(),
-            "work": name_of(order.work),
-        }
+        more = {"host": socket.gethostname(), "work": name_of(order.work)}
         outcome = store.put(folder, job, measured, seconds, more)
         return Reply(job.key, outcome, computed=True)
 
@@ -158,7 +155,6 @@ def name_of(work: Work) -> str:
 
 
 LONGEST_WAIT_S = 300.0
-KEEP = ("photos", "all", "numbers")
 TRACK_COLUMNS = {"t_s", "x_mm", "y_mm"}
 
 _compiled: set[str] = set()
@@ -194,14 +190,9 @@ def simulate_and_measure(job: Any, folder: Path, threads: int) -> Measured:
     )
 
 
-def thin(folder: Path, measured: Measured, keep: str) -> None:
-    """Remove pictures: "photos" keeps photos but not frames, "numbers" neither, "all"
-    both. What could not be measured keeps all.
-
-    The measured track, if there is one in millimetres, takes the place of the frames,
-    so that the folder remains a recording."""
-    if keep == "all" or measured.reason:
-        return
+def thin(folder: Path, measured: Measured) -> None:
+    """Remove frames. The measured track, if there is one in millimetres, takes their
+    place, so that the folder remains a recording."""
     frames = folder / "frames"
     if frames.is_dir():
         shutil.rmtree(frames)
@@ -209,9 +200,6 @@ def thin(folder: Path, measured: Measured, keep: str) -> None:
             measured.track.to_csv(
                 folder / "track.csv", index=False, float_format="%.9g"
             )
-    if keep == "numbers":
-        for photo in folder.glob("photo*"):
-            photo.unlink()
 
 
 def kernels_of(job: Any) -> str:

@@ -14,7 +14,6 @@ from filelock import Timeout
 
 from benchtwin.sim.lammps.program import cores_here
 from benchtwin.twin.campaign.attempt import (
-    KEEP,
     Order,
     Reply,
     Work,
@@ -56,8 +55,6 @@ def stream_campaign(
     workers: int | Workers | None = None,
     scheduler: str | None = None,
     progress: Callable[[Progress], None] = lambda progress: None,
-    keep: str = "photos",
-    retry_failed: bool = False,
     work: Work = simulate_and_measure,
 ) -> Iterator[Outcome]:
     """Outcomes as they come, one a key: first what the store has, then what is
@@ -66,20 +63,14 @@ def stream_campaign(
     workers: local processes, None for one a core; or Workers that stay for other
     campaigns, too. scheduler: "tcp://host:port" of a dask scheduler whose workers see
     the store, in place of local ones. progress: called with every batch of
-    outcomes, and every LOOK_S. keep: which pictures stay (`work.KEEP`). retry_failed:
-    run again what failed or could not be measured in an earlier call; failures of the
-    machine (memory, files) always are. work(job, folder, threads): what a job does,
+    outcomes, and every LOOK_S. work(job, folder, threads): what a job does,
     importable by the workers. Raises CampaignStopped when the store cannot be written
     or the workers are gone, ValueError for an unknown option."""
-    if keep not in KEEP:
-        raise ValueError(f"keep = {keep!r}: one of {', '.join(KEEP)}")
     if isinstance(workers, int) and workers < 1:
         raise ValueError(f"workers = {workers}: at least 1")
     opened = _opened(store)
     by_key = {job.key: job for job in jobs}
-    order = Order(
-        str(opened.root), opened.id, work, keep, 1, _now(opened), retry_failed
-    )
+    order = Order(str(opened.root), opened.id, work, 1, _now(opened))
     tally = Tally({key: _kind(job) for key, job in by_key.items()})
     for key, outcome in opened.find(by_key).items():
         if outcome.status == DONE or recorded(opened, order, key):

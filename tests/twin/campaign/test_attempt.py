@@ -28,10 +28,8 @@ def order(tmp_path):
         str(store.root),
         store.id,
         square,
-        "photos",
         1,
         store.now_s(),
-        retry_failed=False,
     )
 
 
@@ -79,7 +77,7 @@ def test_a_failing_job_is_named_and_stays_failed(order, trouble, reason):
     )
     assert nothing_half_written(Path(order.root))
     assert not attempt(later(order), Square(3)).computed
-    assert attempt(later(order, retry_failed=True), Square(3)).outcome.status == "done"
+    assert attempt(later(order, alone=True), Square(3)).outcome.status == "done"
 
 
 def test_a_failure_of_the_machine_is_tried_again_by_the_next_campaign(order):
@@ -159,22 +157,20 @@ def test_a_worker_of_another_version_stops(order):
 
 
 @pytest.mark.parametrize(
-    ("keep", "left"),
-    [("photos", {"photo.png"}), ("all", {"photo.png", "frames"}), ("numbers", set())],
+    ("alone", "left"), [(False, {"photo.png"}), (True, {"photo.png", "frames"})]
 )
-def test_pictures_are_kept_as_asked(order, keep, left):
+def test_frames_go_but_of_a_job_that_is_run_alone(order, alone, left):
     def filmed(job, folder, threads, reason=""):
         (folder / "frames").mkdir(parents=True)
         (folder / "frames" / "000000.png").touch()
         (folder / "photo.png").touch()
         return Measured(reason=reason)
 
-    attempt(replace(order, work=filmed, keep=keep), Square(3))
+    attempt(replace(order, work=filmed, alone=alone), Square(3))
     run = Path(order.root) / "runs" / Square(3).key
     assert {p.name for p in run.iterdir()} == left | {"measurements.json"}
-    attempt(
-        replace(order, work=lambda *a: filmed(*a, reason="dark"), keep=keep), Square(4)
-    )
+    dark = replace(order, work=lambda *a: filmed(*a, reason="dark"), alone=alone)
+    attempt(dark, Square(4))
     assert (
         Path(order.root) / "runs" / Square(4).key / "frames"
     ).is_dir()  # what could not be measured can be looked at

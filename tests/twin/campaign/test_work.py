@@ -24,7 +24,7 @@ def test_a_roll_is_run_and_measured(tmp_path):
     assert found["run_out"].unit == "mm" and found["run_out"].value == pytest.approx(
         measured.truth["run_out_mm"], abs=2.0
     )
-    thin(tmp_path / "roll", measured, "photos")
+    thin(tmp_path / "roll", measured)
     assert (tmp_path / "roll" / "track.csv").is_file()
 
 
@@ -32,7 +32,7 @@ def test_the_measured_track_takes_the_place_of_the_frames(tmp_path):
     measured = simulate_and_measure(ROLL, tmp_path / "roll", 1)
     (tmp_path / "roll" / "track.csv").unlink()
     (tmp_path / "roll" / "frames").mkdir()
-    thin(tmp_path / "roll", measured, "photos")
+    thin(tmp_path / "roll", measured)
     assert not (tmp_path / "roll" / "frames").exists()
     assert (tmp_path / "roll" / "track.csv").read_text().count("\n") > 100
 
@@ -126,5 +126,5 @@ def test_compiled_kernels_need_no_lock(tmp_path, monkeypatch):
 
 def test_thinning_leaves_a_folder_without_pictures_alone(tmp_path):
     (tmp_path / "track.csv").write_text("t_s\n")
-    thin(tmp_path, Measured(), "numbers")
+    thin(tmp_path, Measured())
     assert [p.name for p in tmp_path.iterdir()] == ["track.csv"]
