@@ -38,7 +38,7 @@ def restitution(scene) -> np.ndarray:
 
 def test_restitution_follows_the_condition_with_the_slope_of_the_key():
     numbers = 0
-    for index in range(1, 9):
+    for index in range(1, 6):
         made, key = conceal(*following(index))
         condition, (effect,) = made.conditions[0], key.effects
         assert (
@@ -60,7 +60,7 @@ def test_restitution_follows_the_condition_with_the_slope_of_the_key():
 def test_a_condition_that_matters_is_stated_everywhere_and_does_not_follow_the_order(
     rig,
 ):
-    for index in range(1, 7):
+    for index in range(1, 4):
         made, key = conceal(*following(index, rig))
         bench = made.bench(RIGS[rig])
         name = made.conditions[0].name
