@@ -233,6 +233,13 @@ PRIORS = {
         "of seeds laid by hand side by side: about 0.78; counted on a square of known"
         " sides",
     ),
+    "plate-glue": Prior(
+        "of what an impact gives back",
+        0.02,
+        None,
+        "10 mm² of hard glue, 0.3 mm of 0.1 to 1 GPa, store 1 to 8 % of what a contact"
+        " does",
+    ),
     # a heap, a draw-down
     "pane-friction": Prior("1", 0.1, None, "of seeds on glass or acrylic, about 0.3"),
     "row-of-few": Prior("mm", 0.5, None, "of a row where too few show their scatter"),

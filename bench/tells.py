@@ -95,6 +95,11 @@ def nothing_open(section: dict) -> dict[str, Believed]:
     return {}
 
 
+def nothing_left_out(section: dict) -> float:
+    """The simulation has all of it."""
+    return 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class BySurface(Reading):
     """A rig that tells the parameters of seed on seed together: simulated at the points
@@ -107,12 +112,13 @@ class BySurface(Reading):
     ratios: {name: (above, below)} of what is weighed, which a slice shows as the whole
     does. left_open(section): keys that a bench does not state, or not exactly, with
     what is believed of them: they vary along, and are averaged over; "rig.key" is that
-    rig's alone; usual: what a bench that makes such a test will state. variant: of the
-    rig, whose recordings are evidence of their own; plural: in words; per_run: how many
-    of the bench's readings one simulated run is the mean of, and within: the column
-    with their sd; answers: parameters that it tells by itself, whatever else the bench
-    has; page: of `docs/`, which says how such a test is made; sample: a recording of
-    one."""
+    rig's alone; left_out(section): relative sd of its first reading by what the
+    simulation of it leaves out; usual: what a bench that makes such a test will state.
+    variant: of the rig, whose recordings are evidence of their own; plural: in words;
+    per_run: how many of the bench's readings one simulated run is the mean of, and
+    within: the column with their sd; answers: parameters that it tells by itself,
+    whatever else the bench has; page: of `docs/`, which says how such a test is made;
+    sample: a recording of one."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
@@ -120,6 +126,7 @@ class BySurface(Reading):
     minutes: float = 5.0
     ratios: Mapping[str, tuple[str, str]] = field(default_factory=dict, hash=False)
     left_open: Callable[[dict], Mapping[str, Believed]] = nothing_open
+    left_out: Callable[[dict], float] = nothing_left_out
     usual: Mapping[str, float] = field(default_factory=dict, hash=False)
     variant: str = ""
     plural: str = ""

@@ -249,7 +249,7 @@ def calibrate(
     ranges: Annotated[
         Pairs | None,
         said(
-            "seed_restitution=0.45:0.70: where to look for it.",
+            "seed_restitution=0.30:0.70: where to look for it.",
             "--range",
             parser=pair_of,
             metavar="NAME=A:B",

@@ -100,6 +100,9 @@ def observed(
         surrogate, residuals = through
         recorded = max(int((readings.recordings.get("n", pd.Series()) > 0).sum()), 1)
         alike_sd = scatter_apart(surrogate, piles, rig)[0] / np.sqrt(recorded)
+        stated = readings.description.get(rig.rig.name, {})
+        left_out = rig.left_out(stated) * abs(float(np.mean(values)))
+        shared = float(np.hypot(np.hypot(readings.shared_sd, alike_sd), left_out))
         try:
             mean = pooled_mean(
                 values,
@@ -108,7 +111,7 @@ def observed(
                 df=surrogate.noise_df,
                 pooled=alike,
                 reading_sd=readings.reading_sd if own else 0.0,
-                shared_sd=float(np.hypot(readings.shared_sd, alike_sd)) if own else 0.0,
+                shared_sd=shared if own else 0.0,
             )
         except ValueError as error:
             notes.append(f"not used in the posterior: {error}")

@@ -53,6 +53,9 @@ class Drop(Section):
     plate_photo: str | None = None
     """Photo of the plate of seeds from above, filled by it: coverage is read from it
     where none is stated."""
+    glue_loss: Annotated[float, Field(ge=0, lt=1)] | None = None
+    """Share that the glue of a plate of seeds takes of what an impact gives back of the
+    energy. Absent: as of hard glue."""
     drops: Annotated[int, Field(ge=1, le=1000)] | None = None
     """How many seeds fall on each simulated plate of seeds."""
     impacts_added_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None

@@ -12,7 +12,7 @@ from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch, reach
 from benchtwin.sim.rigs.engine import OURS, Ours
 from benchtwin.sim.rigs.rise import LOOK_S, Rise
-from benchtwin.sim.rigs.seed_plate import SeedPlate, laid
+from benchtwin.sim.rigs.seed_plate import SeedPlate, laid, on_glued
 from benchtwin.sim.rotation import any_turn
 from benchtwin.sim.seed import Seed
 
@@ -26,17 +26,21 @@ LONGEST_S = 2.0
 class SeedDrop:
     """height_m: from the tops of the glued seeds up to the seed's lowest point when it
     is let go, turned any way. coverage: share of the plate that seeds cover. drops:
-    seeds that fall on the plate, each in a place of its own."""
+    seeds that fall on the plate, each in a place of its own. glue_loss: share that the
+    glue takes of what an impact gives back of the energy."""
 
     height_m: float = 0.310
     coverage: float = 0.78
     drops: int = 10
+    glue_loss: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.height_m > 0:
             raise ValueError(f"height_m = {self.height_m:g}: must be above 0")
         if self.drops < 1:
             raise ValueError(f"drops = {self.drops}: at least 1 is needed")
+        if not 0 <= self.glue_loss < 1:
+            raise ValueError(f"glue_loss = {self.glue_loss:g}: must be 0 to below 1")
 
 
 def run_seed_drop(
@@ -103,7 +107,8 @@ def _drop(
         state.velocities,
         state.spins,
     )
-    world = bench.world(falling, plate.walls(bench))
+    glue = on_glued(bench, rig.glue_loss)
+    world = bench.world(falling, plate.walls(bench), contacts=[glue])
     frames.begin_s = -near_s
     del frames.t_s[-1], frames.rows[-1]  # the moment is both worlds'
     looks = [Every(LOOK_S, rise), *filmed]

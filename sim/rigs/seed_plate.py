@@ -1,12 +1,13 @@
 """A plate of seeds: seeds of the lot glued to a board in one layer, flat as laid and
 turned at random, on which other seeds fall, slide or roll."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from benchtwin.bench.section import COVERAGE_LIMITS
 from benchtwin.sim.engine.walls import Balls, Rectangle, Wall
+from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Part
 from benchtwin.sim.rigs.bench import Bench, reach
 from benchtwin.sim.rigs.parts import slab
@@ -46,9 +47,11 @@ class SeedPlate:
         return Rectangle("board", bench.wall, (x, y, 0.0), along, across)
 
     def walls(self, bench: Bench) -> list[Wall]:
-        """The board, and each seed as a wall of its own material."""
+        """The board, and each seed as a wall of a material of its own, glued."""
         return [self.board(bench)] + [
-            Balls(f"seed-{k}", bench.grain, x + turned(q, s.centres_m), s.radii_m)
+            Balls(
+                f"seed-{k}", glued(bench.grain), x + turned(q, s.centres_m), s.radii_m
+            )
             for k, (s, x, q) in enumerate(
                 zip(self.seeds, self.positions_m, self.orientations)
             )
@@ -65,6 +68,22 @@ class SeedPlate:
                 for k, (seed, pose) in enumerate(zip(self.seeds, poses))
             ),
         )
+
+
+def glued(grain: Material) -> Material:
+    """The seeds' material, glued to a board."""
+    return replace(grain, name=f"glued {grain.name}")
+
+
+def on_glued(bench: Bench, glue_loss: float = 0.0) -> Contact:
+    """What happens between a seed and a glued one: as between seeds, but that the glue
+    takes a share of what an impact gives back of the energy, e² less by it."""
+    free = bench.seed_seed
+    return replace(
+        free,
+        between=(bench.grain.name, glued(bench.grain).name),
+        restitution=free.restitution * float(np.sqrt(1 - glue_loss)),
+    )
 
 
 def laid(

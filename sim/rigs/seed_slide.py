@@ -11,7 +11,7 @@ from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch, reach
 from benchtwin.sim.rigs.engine import OURS, Ours
-from benchtwin.sim.rigs.seed_plate import SeedPlate, laid
+from benchtwin.sim.rigs.seed_plate import SeedPlate, laid, on_glued
 from benchtwin.sim.rigs.tilt import Tilt
 from benchtwin.sim.rotation import about, product, turned
 from benchtwin.sim.seed import Seed
@@ -115,4 +115,4 @@ def _world(
     low = reach(card, lying, (0, 0, -1))
     start = np.array([[0.0, 0.0, plate.top_m + ABOVE_M + low]])
     placed = Placed((card,), bench.grain, start, lying[None])
-    return bench.world(placed, plate.walls(bench))
+    return bench.world(placed, plate.walls(bench), contacts=[on_glued(bench)])

@@ -16,6 +16,12 @@ TRUE = {
     "seed_static_friction": 0.48,
     "seed_rolling_friction": 0.042,
 }
+# of seed on seed, over which the closed forms rise
+NEAR = {
+    "seed_restitution": (0.45, 0.70),
+    "seed_static_friction": (0.20, 0.70),
+    "seed_rolling_friction": (0.01, 0.06),
+}
 
 
 def angle(values: dict) -> float:

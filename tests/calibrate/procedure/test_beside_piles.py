@@ -10,11 +10,11 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
-from stand_in import TRUE, StandIn, write_bench
+from stand_in import NEAR, TRUE, StandIn, write_bench
 
 from benchtwin.calibrate.procedure import joint, parameters
 from benchtwin.calibrate.procedure.effort import QUICK
-from benchtwin.calibrate.procedure.simulated import calibrate_simulated
+from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run
 from benchtwin.calibrate.result_file import write_result
 from benchtwin.report.page import render
@@ -83,7 +83,10 @@ def with_rig(folder, rig: str, repeats: int = 5, stated: str = STATED):
 def calibrated(bench, simulator, effort=EASY):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(joint, "sample", partial(joint.sample, max_steps=300))
-        return calibrate_simulated(bench, simulator, effort=effort, seed=7)
+        near = Prescribed(ranges=NEAR)
+        return calibrate_simulated(
+            bench, simulator, effort=effort, seed=7, prescribed=near
+        )
 
 
 def a_bench(folder, *rigs: str):

@@ -152,3 +152,18 @@ def test_a_glued_seed_is_saved_as_the_surface_of_its_balls():
     far = triangles(wall, wall.primitives()[1]).reshape(-1, 3)
     off = np.linalg.norm(far[:, None] - wall.centres, axis=2) - wall.radii
     assert off.min(axis=1) == pytest.approx(np.zeros(len(far)), abs=1e-9)
+
+
+def test_glue_takes_its_share_of_what_an_impact_gives_back():
+    """A ball on the middle of another, from 100 mm: it rises by e² of that, less a
+    third with glue that takes a third."""
+    bench = with_seeds(restitution=0.8)
+    rises = [
+        run_seed_drop(
+            SeedDrop(height_m=0.1, coverage=0.8, drops=12, glue_loss=loss),
+            bench,
+            np.random.default_rng(5),
+        ).truth["rebound_height_mm"]
+        for loss in (0.0, 1 / 3)
+    ]
+    assert rises[1] / rises[0] == pytest.approx(2 / 3, abs=0.12)

@@ -9,6 +9,7 @@ from benchtwin.bench.seed_kinds import (
     published_contact_parameters,
     with_published_values,
 )
+from benchtwin.calibrate.procedure.rigs import RANGES
 from benchtwin.vision.evidence.read_keys import validate
 from benchtwin.vision.measurement import MeasurementError
 
@@ -79,3 +80,15 @@ def test_an_unknown_kind_is_named_with_those_that_there_are(tmp_path):
         known("corn")
     with pytest.raises(MeasurementError, match="soybean"):
         validate({"seed": {"kind": "corn"}}, tmp_path / "bench.toml")
+
+
+def test_a_calibration_looks_where_published_seeds_are():
+    """Of every kind of seeds on themselves; a range that leaves one out would be a
+    prior that calls it impossible."""
+    on_themselves = [
+        row for rows in kinds().values() for row in rows if row.on == "itself"
+    ]
+    assert len({row.quantity for row in on_themselves}) == 3
+    for row in on_themselves:
+        low, high = RANGES[f"seed_{row.quantity}"]
+        assert low < row.low and row.high < high, row
