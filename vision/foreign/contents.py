@@ -1,7 +1,7 @@
 """What a file of another tool contains, whichever tool wrote it: tracks, impact times
 or a plate's tilt."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -91,6 +91,27 @@ def point_track(
             )
         time, x, y = time[~same], x[~same], y[~same]
     return PointTrack(name, time, x, y) if len(time) >= LEAST_ROWS else None
+
+
+def tracks_of(
+    path: Path, listed: Iterable[tuple[str, Iterable[Sequence[float]]]]
+) -> tuple[PointTrack, ...]:
+    """The tracks of which name and rows (time, x, y) are listed, those of fewer than
+    LEAST_ROWS left out; MeasurementError where none is left."""
+    found = []
+    for name, rows in listed:
+        columns = np.array([*rows], float).reshape(-1, 3).T
+        found.append(point_track(path, name, *columns))
+    return require_tracks(path, found)
+
+
+def numbered(
+    number: np.ndarray, *columns: np.ndarray
+) -> list[tuple[str, list[Sequence[float]]]]:
+    """The rows of the columns (n,) by the number of their track (n,), with its name;
+    those without a number left out."""
+    rows = pd.DataFrame(np.column_stack(columns)).groupby(number)
+    return [(f"track {n:g}", part.to_numpy().tolist()) for n, part in rows]
 
 
 def require_tracks(

@@ -14,7 +14,7 @@ import numpy as np
 from benchtwin.vision.foreign.contents import (
     Contents,
     point_track,
-    require_tracks,
+    tracks_of,
 )
 from benchtwin.vision.foreign.source import LENGTH, Source, column
 from benchtwin.vision.foreign.unit_inference import infer_units
@@ -95,10 +95,7 @@ def _text(source: Source) -> Contents:
                 f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and"
                 " a y are to be in it"
             )
-    tracks = []
-    for name, points in blocks:
-        t, x, y = np.array(points, dtype=float).reshape(-1, 3).T
-        tracks.append(point_track(source.path, name, t, x, y))
+    tracks = tracks_of(source.path, blocks)
     return infer_units(source.path, TOOL, tracks, "s" if clocked else "", "", "up")
 
 
@@ -121,16 +118,15 @@ def _analysis(source: Source) -> Contents:
             f"{path}: AverageTimeStampsPerFrame is missing; without it its times cannot"
             " be told"
         )
-    tracks = []
+    listed = []
     for track in root.iter("Track"):
-        points = [
+        points = (
             _numbers(source, p.text, 3, "a TrackPoint", "x;y;time")
             for p in track.iter("TrackPoint")
-        ]
-        x, y, stamp = np.array(points, dtype=float).reshape(-1, 3).T
-        name = (track.get("name") or "")[:50]
-        tracks.append(point_track(path, name, np.round(stamp / step), x, y))
-    found = require_tracks(path, tracks)
+        )
+        rows = [(np.round(stamp / step), x, y) for x, y, stamp in points]
+        listed.append(((track.get("name") or "")[:50], rows))
+    found = tracks_of(path, listed)
     keys: dict[str, dict[str, float]] = {"camera": {}}
     if fps and 0 < fps < 5e6:
         guesses.append(

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from benchtwin.vision.foreign.contents import Contents, point_track
+from benchtwin.vision.foreign.contents import Contents, numbered, tracks_of
 from benchtwin.vision.foreign.source import Source, column
 from benchtwin.vision.foreign.unit_inference import infer_units
 from benchtwin.vision.measurement import MeasurementError
@@ -35,13 +35,7 @@ def read(source: Source) -> Contents:
             f" {', '.join(headings)[:200]}"
         )
     number, frame, x, y = (column(path, rows, k, headings[k], 2) for k in places)
-    numbers = np.unique(number[~np.isnan(number)])
-    tracks = [
-        point_track(
-            path, f"track {n:g}", frame[number == n], x[number == n], y[number == n]
-        )
-        for n in numbers
-    ]
+    tracks = tracks_of(path, numbered(number, frame, x, y))
     questions = []
     if "distance" in headings:
         gone = column(path, rows, headings.index("distance"), "distance", 2)

@@ -1,9 +1,7 @@
 """MTrackJ (ImageJ): .mdf, lines of "Track n …" and "Point n x y z t channel", in
 pixels, y down, t the frame."""
 
-import numpy as np
-
-from benchtwin.vision.foreign.contents import Contents, point_track
+from benchtwin.vision.foreign.contents import Contents, tracks_of
 from benchtwin.vision.foreign.source import Source
 from benchtwin.vision.foreign.unit_inference import infer_units
 from benchtwin.vision.measurement import MeasurementError
@@ -38,19 +36,15 @@ def read(source: Source) -> Contents:
                     f"{source.path}: line {k} is a Point before any Track"
                 )
             listed[-1][1].append(_point(source, k, rest))
-    tracks = []
-    for name, points in listed:
-        x, y, frame = np.array(points, dtype=float).reshape(-1, 3).T
-        tracks.append(point_track(source.path, name, frame, x, y))
+    tracks = tracks_of(source.path, listed)
     return infer_units(source.path, TOOL, tracks, "frame", "px", "down")
 
 
 def _point(source: Source, line: int, cells: list[str]) -> list[float]:
     try:
-        x, y, frame = float(cells[1]), float(cells[2]), float(cells[4])
+        return [float(cells[k]) for k in (4, 1, 2)]  # frame, x, y
     except (ValueError, IndexError) as error:
         raise MeasurementError(
             f"{source.path}: line {line} is no Point with number, x, y, z, t and"
             " channel"
         ) from error
-    return [x, y, frame]

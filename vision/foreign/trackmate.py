@@ -11,8 +11,8 @@ import numpy as np
 from benchtwin.vision.foreign.contents import (
     Contents,
     PointTrack,
-    point_track,
-    require_tracks,
+    numbered,
+    tracks_of,
 )
 from benchtwin.vision.foreign.source import Source, column, name_and_unit, need
 from benchtwin.vision.foreign.unit_inference import infer_units
@@ -61,15 +61,10 @@ def _table(source: Source) -> Contents:
     number, x, y, time, frame = (
         column(path, rows, k, n, first + 1) for n, k in zip(_COLUMNS, at)
     )
-    tracks = []
-    for n in np.unique(number[~np.isnan(number)]):
-        use = number == n
-        # without a frame interval POSITION_T is empty
-        when = frame if np.isnan(time[use]).all() else time
-        tracks.append(point_track(path, f"track {n:g}", when[use], x[use], y[use]))
-    return _with_units(
-        source, require_tracks(path, tracks), units["POSITION_T"], units["POSITION_X"]
-    )
+    # without a frame interval POSITION_T is empty
+    when = frame if np.isnan(time).all() else time
+    tracks = tracks_of(path, numbered(number, when, x, y))
+    return _with_units(source, tracks, units["POSITION_T"], units["POSITION_X"])
 
 
 def _model(source: Source) -> Contents:
@@ -78,7 +73,7 @@ def _model(source: Source) -> Contents:
     if model is None:
         raise MeasurementError(f"{source.path}: no Model in it, so no tracks")
     spots = {s.get("ID", ""): s for s in model.iterfind("AllSpots/SpotsInFrame/Spot")}
-    tracks = []
+    listed = []
     for track in model.iterfind("AllTracks/Track"):
         ends = ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")
         joined = {e.get(end, "") for e in track.iterfind("Edge") for end in ends}
@@ -88,29 +83,26 @@ def _model(source: Source) -> Contents:
                 f"{source.path}: {name} names a spot that is not there (ID"
                 f" {sorted(missing)[0][:20]})"
             )
-        rows = [spots[i] for i in sorted(joined)]
-        x, y, time = (
-            np.array([_number(source, s, key) for s in rows])
-            for key in ("POSITION_X", "POSITION_Y", "POSITION_T")
-        )
-        tracks.append(point_track(source.path, track.get("name", "")[:50], time, x, y))
-    found = require_tracks(source.path, tracks)
+        places = ("POSITION_T", "POSITION_X", "POSITION_Y")
+        rows = [[_number(source, spots[i], key) for key in places] for i in joined]
+        listed.append((track.get("name", "")[:50], rows))
     return _with_units(
-        source, found, model.get("timeunits", ""), model.get("spatialunits", "")
+        source,
+        tracks_of(source.path, listed),
+        model.get("timeunits", ""),
+        model.get("spatialunits", ""),
     )
 
 
 def _simple(source: Source) -> Contents:
     """<Tracks spaceUnits frameInterval timeUnits> of <particle> of <detection t x y z>,
     t in frames."""
-    root, tracks = source.xml, []
-    for k, particle in enumerate(root.iterfind("particle")):
-        rows = particle.findall("detection")
-        t, x, y = (
-            np.array([_number(source, d, key) for d in rows]) for key in ("t", "x", "y")
-        )
-        tracks.append(point_track(source.path, f"track {k + 1}", t, x, y))
-    found, unit = require_tracks(source.path, tracks), root.get("timeUnits", "")
+    root, listed = source.xml, []
+    for k, particle in enumerate(root.iterfind("particle"), 1):
+        seen = particle.findall("detection")
+        rows = [[_number(source, d, key) for key in ("t", "x", "y")] for d in seen]
+        listed.append((f"track {k}", rows))
+    found, unit = tracks_of(source.path, listed), root.get("timeUnits", "")
     interval = (
         _number(source, root, "frameInterval") if root.get("frameInterval") else 1.0
     )

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.motion.detect import Patch, Silhouette
@@ -204,11 +205,7 @@ def fit_ellipses(
 def _steady(area: np.ndarray) -> bool:
     """Whether the areas scatter so little that the silhouettes show the whole seed and
     nothing else."""
-    padded = np.pad(area, 2, mode="reflect")
-    off = np.abs(
-        area / np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
-        - 1
-    )
+    off = np.abs(area / median_filter(area, 5, mode="mirror") - 1)
     deviating = np.abs(area / np.median(area) - 1) > MOST_DEVIATING
     return robust_sd(off) < AREA_SCATTER and float(deviating.mean()) < MOST_DEVIATING
 

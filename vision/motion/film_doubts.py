@@ -9,7 +9,7 @@ import numpy as np
 
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.motion.scene import grey
-from benchtwin.vision.motion.track_seed import TrackedSeed
+from benchtwin.vision.motion.track_seed import TrackedSeed, moving
 from benchtwin.vision.recording import Recording
 
 ROWS, COLUMNS = 4, 5  # tiles of the picture, whose shifts are measured
@@ -24,7 +24,6 @@ LEAST_SHIFT_PX = 0.7
 # of an area: a silhouette is no ellipse, and blur and compression reduce it
 AREA_MARGIN = 0.30
 MOST_HIDDEN = 0.15  # share of the rows in motion that may be hidden or merged
-RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 LEAST_ROWS = 8
 
 
@@ -99,10 +98,10 @@ def size_doubt(
     it. Areas are compared with the stated seed where axes and scale are stated, and
     those at rest with those in motion. falling: the seed falls and bounces."""
     track, area = tracked.track, tracked.areas
-    moving = np.hypot(np.gradient(track.x), np.gradient(track.y)) > RESTING_PX
-    if moving.sum() < LEAST_ROWS:
+    in_motion = moving(track.x, track.y)
+    if in_motion.sum() < LEAST_ROWS:
         return ""
-    hidden = float(track.outlier[moving].mean())
+    hidden = float(track.outlier[in_motion].mean())
     # places of a fall are compared with parabolas
     if hidden > MOST_HIDDEN and not falling:
         return (
@@ -110,9 +109,9 @@ def size_doubt(
             " % of the frames in which it moves"
         )
     clear = ~track.outlier & np.isfinite(area)  # a place set by hand has no silhouette
-    if not (moving & clear).any():
+    if not (in_motion & clear).any():
         return ""
-    typical = float(np.median(area[moving & clear]))
+    typical = float(np.median(area[in_motion & clear]))
     least, most = stated_area_px(recording)
     if not least * (1 - AREA_MARGIN) < typical < most * (1 + AREA_MARGIN):
         side = f"at most {most:.3g}" if typical > most else f"at least {least:.3g}"
@@ -120,7 +119,8 @@ def size_doubt(
             f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it,"
             " or more than it, was tracked"
         )
-    resting = ~moving & clear & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
+    last = np.flatnonzero(in_motion)[-1]
+    resting = ~in_motion & clear & (np.arange(len(area)) > last)
     # an oblong seed may show another side at rest
     turns = most / least if least > 0 else math.inf
     if resting.sum() >= LEAST_ROWS and not falling:

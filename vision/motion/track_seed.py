@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.ndimage import median_filter
 
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
@@ -338,17 +340,12 @@ def scatter_px(
     if len(frame) < 4:
         return np.nan
     together = frame[3:] - frame[:-3] == 3
-    used = together & ~_any_of_four(bad | ~moving(x, y))
+    unused = sliding_window_view(bad | ~moving(x, y), 4).any(axis=1)
+    used = together & ~unused
     if used.sum() < LEAST_DIFFERENCES:
         return np.nan
     steps = max(np.quantile(np.abs(np.diff(v, 3)[used]), QUANTILE) for v in (x, y))
     return float(steps / np.sqrt(20) / NORMAL_QUANTILE)
-
-
-def _any_of_four(rows: np.ndarray) -> np.ndarray:
-    """Whether any of four rows in succession is marked."""
-    four = np.lib.stride_tricks.sliding_window_view(rows, 4)
-    return np.any(four, axis=1)
 
 
 def _lost(frame: np.ndarray, last: int) -> str:
@@ -379,12 +376,7 @@ def _outlying_areas(area: np.ndarray) -> np.ndarray:
     if len(area) < 9:
         return np.zeros(len(area), dtype=bool)
     window = 15 if len(area) > 60 else 5
-    half = window // 2
-    padded = np.pad(area, half, mode="reflect")
-    typical = np.median(
-        np.lib.stride_tricks.sliding_window_view(padded, window), axis=1
-    )
-    off = np.abs(area / typical - 1)
+    off = np.abs(area / median_filter(area, window, mode="mirror") - 1)
     return off > max(MOST_AREA_CHANGE, 6 * robust_sd(off))
 
 
