@@ -1,59 +1,53 @@
-"""Which conditions a contact parameter follows, and by what curve: tested in the table
-of each recording's own value.
+"""Which conditions a contact parameter follows, and by what curve: weighed by evidence
+in the table of each recording's own value.
 
-Recording r's value is y_r = m + f(x_r) + scatter, with the covariance φ (C + λ 1) of y:
-C from the rows of all recordings, everything common and every listed effect left free;
-λ by moments (Paule & Mandel 1982) beside the curve that fits best; φ from the table and
-a prior, by which the usual scatter is worth USUAL_FREEDOM recordings (Smyth 2004, Stat.
-Appl. Genet. Mol. Biol. 3, 3). Whatever the recordings hold besides is common to them or
-in their scatter, so it neither makes a condition nor hides one.
+Recording r's value is y_r = m + Σ f(x_r) + scatter, of covariance φ (C + λ c 1): C from
+the rows of all recordings, everything common and every listed effect left free, c its
+mean variance; λ one of LAMBDAS; φ with a prior by which the usual scatter is worth
+USUAL_FREEDOM recordings (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3, 3). f is a curve
+of a condition, normal with the covariance φ g² K, K of unit signal-to-noise ratio in
+the rows and g one of UNLISTED_SNRS (Zellner & Siow 1980). With m and φ integrated out,
+of n recordings,
 
-f is tried as a line, a curve that levels off or steepens, a parabola, and levels, each
-by its F test. The least of these p is compared with its own distribution, drawn with
-normal scatter: p is exact for few recordings. False discoveries among all conditions
-are controlled at FOUND_P (Benjamini & Hochberg 1995); after each finding the others are
-tested beside it. No curve is tried that rests on one recording."""
+    ln p(y | λ, g, K) = −½ ln det V − ½ ln 1ᵀV⁻¹1 − ½ (ν + n − 1) ln(ν + yᵀPy)
+
+Whatever the recordings hold besides is common to them or in their scatter, so it
+neither makes a condition nor hides one. A recording that lies off by itself is weighed
+alike. What is likeliest is taken, one after another, as long as it is likely; p is how
+often scatter alone, drawn, makes as much of all conditions together."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
-from scipy.linalg import solve_triangular
+from scipy.special import logsumexp
 
-from benchtwin.bench.robust import robust_sd
-from benchtwin.infer.condition_curves import (
-    ConditionCurve,
-    UsedCondition,
-    curves_of,
-    shape_of,
-    used_of,
-)
+from benchtwin.infer.condition_curves import Use, shape_of, use_of
 from benchtwin.infer.conditions import Condition, Contact, effect_name
+from benchtwin.infer.evidence import UNLISTED_SNRS
 from benchtwin.infer.follow import ConditionTable, Follow, Point
 from benchtwin.infer.linear import projector, stacked
 from benchtwin.infer.problem import Fit
-from benchtwin.infer.verdict import ENDS, Interval, against_noise
+from benchtwin.infer.verdict import ENDS, Interval
 
 USUAL_FREEDOM = 2.0  # recordings that the usual scatter is worth
-FOUND_P = 0.0025  # of all conditions of a bench together
-AS_LIKELY_P = 0.005  # at which a stated condition is followed as likely as not
-LEAST_FREEDOM = 2  # of what is left beside a curve
+# more scatter than the rows', in their mean variance, and its prior
+LAMBDAS, LAMBDA_ODDS = (0.0, 3.0, 15.0, 63.0), (0.8, 0.15, 0.04, 0.01)
+FOLLOWED_ODDS = 0.3  # that any stated condition is followed, over none
+ODD = 0.03  # that a recording lies off by itself
 # prior odds of a drift over those of a condition, which is stated because it may matter
 DRIFT = 0.5
-DRAWS = 10_000
-GRID = 500  # shares between which p is interpolated
-# leverage of one recording beyond which a curve, or one of several columns, rests on it
-MOST_SHARE, MOST_SHARE_OF_SEVERAL = 0.6, 0.75
-BETTER_CHI2 = 4.0  # by which a curve must fit better for each parameter more
-AS_WELL_P = 0.05  # of a condition beside another, above which either explains both
-FAR_SDS = 8.0  # robust ones, beyond which one recording is left out
-LEAST_BESIDE = 6  # others for that
+FOUND_PROBABILITY = 0.6
+AS_WELL = 0.05  # odds of a condition over the likeliest, from which it explains as well
+# of a curve's power in one recording, beyond which it rests on that
+MOST_SHARE = 0.6
+DRAWS = 2_000
 POINTS = 25  # of a curve that is drawn
-MOST_SCATTER = 1e12  # times the rows'
 UNTOLD = 1e-10  # relative information of a contrast that the rows do not tell
 HIDDEN = 1e-6  # relative power of a column that what stands beside it takes up
+SQUARES = tuple(g**2 for g in UNLISTED_SNRS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,367 +100,306 @@ def numbers_of(of: Fit, column: str) -> Numbers | None:
     return Numbers(tuple(names), values - values.mean(), covariance)
 
 
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Some recordings at one λ, whitened, what stands beside taken out."""
+
+    whiten: np.ndarray  # (m, n)
+    ln_prior: float  # of λ, and what is the same for all curves
+    sd: np.ndarray  # (n,)
+
+    @property
+    def freedom(self) -> float:
+        return USUAL_FREEDOM + len(self.whiten)
+
+    def square(self, y: np.ndarray) -> np.ndarray:
+        """(D,): of whitened values y (n, D)."""
+        return ((self.whiten @ y) ** 2).sum(0)
+
+    def seen(self, k: np.ndarray) -> np.ndarray:
+        """(m, m): a covariance (n, n), of unit signal-to-noise ratio."""
+        white = self.whiten @ k @ self.whiten.T
+        return white / np.trace(white)
+
+    def ln_marginal(self, ln_det: float, square: np.ndarray) -> np.ndarray:
+        """ln p of values of this square (D,), whose covariance has that ln det."""
+        spread = 0.5 * self.freedom * np.log(USUAL_FREEDOM + square)
+        return self.ln_prior - 0.5 * ln_det - spread
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """What may act, beside what was found."""
+
+    use: Use
+    odds: float  # beforehand, over nothing
+    rows: tuple[_Rows, ...]  # a λ each
+
+    def ln_each(self, y: np.ndarray) -> np.ndarray:
+        """(L, S, G, D): ln p of values y (R, D) by λ, shape and g, priors included."""
+        u, kernels, y = self.use.u, self.use.kernels, y[self.use.kept]
+        made = len(self.rows), len(kernels), len(SQUARES), y.shape[1]
+        out = np.full(made, -math.log(len(kernels) * len(SQUARES)))
+        for i, rows in enumerate(self.rows):
+            for j, kernel in enumerate(kernels.values()):
+                power, axes = np.linalg.eigh(rows.seen(kernel(u, u)))
+                along = (axes.T @ rows.whiten @ y) ** 2
+                for k, square in enumerate(SQUARES):
+                    wide = 1 + square * np.maximum(power, 0.0)
+                    left = (along / wide[:, None]).sum(0)
+                    out[i, j, k] += rows.ln_marginal(np.log(wide).sum(), left)
+        return out
+
+    def ln_odds(self, y: np.ndarray) -> np.ndarray:
+        """(D,): that it acts, over nothing."""
+        some = y[self.use.kept]
+        nothing = [rows.ln_marginal(0.0, rows.square(some)) for rows in self.rows]
+        acts = logsumexp(self.ln_each(y), axis=(0, 1, 2))
+        return math.log(self.odds) + acts - logsumexp(nothing, axis=0)
+
+    def beside(self, table: "_Table") -> "_Candidate":
+        """The same beside what stands there."""
+        return replace(self, rows=table.rows(self.use.kept))
+
+    @property
+    def told(self) -> bool:
+        """Whether anything of it is not hidden by what stands beside."""
+        white, u = self.rows[0].whiten, self.use.u
+        if len(white) < 2:
+            return False
+        loud = (white**2).sum(0)  # of each recording
+        return all(
+            np.trace(white @ (k := kernel(u, u)) @ white.T)
+            > HIDDEN * float(loud @ np.diag(k))
+            for kernel in self.use.kernels.values()
+        )
+
+    def likeliest_shape(self, y: np.ndarray) -> str:
+        each = logsumexp(self.ln_each(y)[..., 0], axis=(0, 2))
+        return list(self.use.kernels)[int(np.argmax(each))]
+
+    def curve(
+        self, y: np.ndarray, shape: str, at: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Values (p,) of a curve at u = `at`, beside its mean over the recordings,
+        halves of their 95 % intervals, and the recordings' sds (n,); at the likeliest λ
+        and the greatest g: a prior is for presence, not for size (Rasmussen & Williams
+        2006, eq. 2.23)."""
+        j = list(self.use.kernels).index(shape)
+        i = int(np.argmax(logsumexp(self.ln_each(y)[:, j, :, 0], axis=1)))
+        rows, kernel, u = self.rows[i], self.use.kernels[shape], self.use.u
+        n, every = len(u), np.concatenate([u, at])
+        k = kernel(every, every)
+        k *= SQUARES[-1] / np.trace(rows.whiten @ k[:n, :n] @ rows.whiten.T)
+        beside = np.hstack([np.full((len(at), n), -1 / n), np.eye(len(at))])
+        along = beside @ k[:, :n] @ rows.whiten.T
+        whole = np.eye(len(rows.whiten)) + rows.whiten @ k[:n, :n] @ rows.whiten.T
+        z = rows.whiten @ y[self.use.kept, 0]
+        gain = np.linalg.solve(whole, along.T).T
+        phi = (USUAL_FREEDOM + z @ np.linalg.solve(whole, z)) / rows.freedom
+        variance = np.maximum(np.diag(beside @ k @ beside.T - gain @ along.T), 0.0)
+        half = stats.t.ppf(ENDS[1], rows.freedom) * np.sqrt(phi * variance)
+        return gain @ z, half, math.sqrt(phi) * rows.sd
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """The table, and columns (R, k) that stand beside whatever is weighed."""
+
+    numbers: Numbers
+    beside: tuple[np.ndarray, ...] = ()
+
+    @property
+    def y(self) -> np.ndarray:
+        """(R, 1)."""
+        return self.numbers.values[:, None]
+
+    def root(self, more: float, kept: np.ndarray) -> np.ndarray:
+        """(n, n): of the covariance of some recordings, with so much more scatter."""
+        c = self.numbers.covariance
+        c = c + more * float(np.trace(c)) / len(c) * np.eye(len(c))
+        return np.linalg.cholesky(c[np.ix_(kept, kept)])
+
+    def rows(self, kept: np.ndarray) -> tuple[_Rows, ...]:
+        """Some recordings at each λ."""
+        columns = np.column_stack([np.ones(len(self.y)), *self.beside])[kept]
+        out = []
+        for more, odds in zip(LAMBDAS, LAMBDA_ODDS, strict=True):
+            root = self.root(more, kept)
+            white = np.linalg.inv(root)
+            axes, size, _ = np.linalg.svd(white @ columns)
+            told = int((size > math.sqrt(HIDDEN) * size[0]).sum())
+            ln_det = float(np.log(np.diag(root)).sum() + np.log(size[:told]).sum())
+            prior, sd = math.log(odds) - ln_det, np.linalg.norm(root, axis=1)
+            out.append(_Rows(axes[:, told:].T @ white, prior, sd))
+        return tuple(out)
+
+    def candidates(
+        self, sources: Iterable[Condition | int], odds: float
+    ) -> list[_Candidate]:
+        """Conditions, or recordings (their numbers) by themselves: those of which the
+        rows can tell something; odds: of each, beforehand."""
+        made = []
+        for one in sources:
+            if use := use_of(self.numbers.recordings, one, MOST_SHARE):
+                own = odds * (DRIFT if use.unlisted else 1.0)
+                made.append(_Candidate(use, own, self.rows(use.kept)))
+        return [one for one in made if one.told]
+
+    def having(self, found: _Candidate) -> "_Table":
+        """The same beside what was found."""
+        use, shape = found.use, found.likeliest_shape(self.y)
+        columns = use.u[:, None]
+        if shape == "levels":
+            columns = (columns == np.unique(use.u)[1:]) * 1.0
+        if shape == "curve":
+            columns = np.column_stack([columns, found.curve(self.y, shape, use.u)[0]])
+        whole = np.zeros((len(self.y), columns.shape[1]))
+        whole[use.kept] = columns
+        return _Table(self.numbers, (*self.beside, whole))
+
+    def drawn(self, rng: np.random.Generator) -> np.ndarray:
+        """(R, DRAWS): values of scatter alone, of which these show how great it is."""
+        every = np.arange(len(self.y))
+        rows = self.rows(every)
+        squares = np.array([float(one.square(self.y)[0]) for one in rows])
+        ln = np.array([r.ln_marginal(0.0, s) for r, s in zip(rows, squares)])
+        weight = np.exp(ln - ln.max())
+        which = rng.choice(len(rows), DRAWS, p=weight / weight.sum())
+        roots = np.array([self.root(more, every) for more in LAMBDAS])
+        normal = rng.standard_normal((DRAWS, len(self.y)))
+        size = USUAL_FREEDOM + squares[which]
+        size = np.sqrt(size / rng.chisquare(rows[0].freedom, DRAWS))
+        return np.einsum("dij,dj->id", roots[which], normal) * size
+
+
+@dataclass(frozen=True, eq=False)
+class _Likeliest:
+    """Of some candidates the likeliest, what explains nearly as well and is not needed
+    beside it, and the probability that one of them acts, recordings by themselves
+    not among them."""
+
+    best: _Candidate
+    as_well: tuple[_Candidate, ...]
+    probability: float
+    alone: float  # that it is the best
+
+    @classmethod
+    def of(cls, table: _Table, some: list[_Candidate]) -> "_Likeliest":
+        ln = {c: float(c.ln_odds(table.y)[0]) for c in some}
+        best = max(some, key=lambda c: ln[c])
+        after = table.having(best)
+
+        def needed(c: _Candidate) -> bool:
+            again = c.beside(after)
+            return again.told and again.ln_odds(table.y)[0] > 0
+
+        near = [c for c in some if ln[c] > ln[best] + math.log(AS_WELL)]
+        rivals = [c for c in near if c is not best and not needed(c)]
+        whole = np.logaddexp(0.0, logsumexp([ln[c] for c in (best, *rivals)]))
+        same = [c for c in rivals if c.use.name and best.use.name]
+        share = np.exp(np.array([ln[c] for c in (best, *same)]) - whole)
+        stated = [c for c in same if not c.use.unlisted]
+        if best.use.unlisted and stated:  # a cause that is stated, if there is
+            best, *stated = sorted(stated, key=lambda c: -ln[c])
+        return cls(best, tuple(stated), float(share.sum()), float(share[0]))
+
+
 def condition_table(
     numbers: Numbers | None,
     contact: Contact,
     conditions: tuple[Condition, ...],
     rng: np.random.Generator,
 ) -> ConditionTable:
-    """All conditions tested, the strongest first."""
+    """All conditions weighed, the likeliest first."""
     if numbers is None or not conditions:
         return ConditionTable()
-    numbers, far = _without_one_far_off(numbers)
-    if far is not None:
-        table = condition_table(numbers, contact, conditions, rng)
-        return replace(table, far=(far[0], contact.scale * far[1]))
-    scatter = _Scatter.of(numbers, conditions, rng)
-    chosen: list[tuple[_Test, float, tuple[str, ...]]] = []
-    first: float | None = None
-    while True:
-        beside = [t for t, *_ in chosen]
-        taken = {n for t, _, more in chosen for n in (t.condition.name, *more)}
-        tests = [
-            test
-            for c in conditions
-            if c.name not in taken and (test := _tested(scatter, c, beside))
-        ]
-        if not tests:
-            return _table(numbers, scatter, contact, chosen, first, None)
-        least = _least_of_all(tests)
-        best = min(tests, key=lambda t: t.p)
-        p = min(least, *stats.false_discovery_control([t.p for t in tests]).tolist())
+    table, left, far = _Table(numbers), list(conditions), None
+    count, first, following = len(numbers.recordings), None, None
+    acting: list[_Candidate] = []
+    found: list[tuple[_Likeliest, float]] = []
+    while some := table.candidates(left, FOLLOWED_ODDS / len(conditions)):
+        p = _chance(table, some, rng)
         first = p if first is None else first
-        if p >= FOUND_P:
-            return _table(numbers, scatter, contact, chosen, first, (best, p))
-        others = [
-            t
-            for t in tests
-            if t is not best
-            and t.p < AS_WELL_P
-            and _p_beside(scatter, best, [*beside, t]) > AS_WELL_P
-        ]
-        stated = [t for t in others if not t.condition.unlisted]
-        if best.condition.unlisted and stated:  # a cause that is stated, if there is
-            best, *stated = sorted(stated, key=lambda t: t.p)
-        chosen.append((best, p, tuple(t.condition.name for t in stated)))
+        odd = [] if far else table.candidates(range(count), ODD / count)
+        likeliest = _Likeliest.of(table, [*some, *odd])
+        if likeliest.best in odd and likeliest.probability < FOUND_PROBABILITY:
+            likeliest = _Likeliest.of(table, some)
+        best = likeliest.best
+        if likeliest.probability < FOUND_PROBABILITY:
+            following = effect_name(contact, best.use.name), likeliest.alone
+            break
+        acting.append(best)
+        table = table.having(best)
+        if best in odd:
+            r = int(np.argmax(best.use.u))
+            off = float(numbers.values[r] - np.median(numbers.values))
+            far = numbers.recordings[r], contact.scale * off
+            continue
+        found.append((likeliest, p))
+        taken = {c.use.name for c in (best, *likeliest.as_well)}
+        left = [one for one in left if one.name not in taken]
+    follows = []
+    for one, p in found:
+        others = _Table(numbers)
+        for other in acting:
+            others = others if other is one.best else others.having(other)
+        follows.append(_follow(others, contact, one, p))
+    return ConditionTable(tuple(follows), first, following, far)
 
 
-def _without_one_far_off(
-    numbers: Numbers,
-) -> tuple[Numbers, tuple[str, float] | None]:
-    """Without a recording that alone lies FAR_SDS robust sds off the median: nothing
-    may rest on it, and its scatter would hide the others'."""
-    off = numbers.values - np.median(numbers.values)
-    far = np.flatnonzero(np.abs(off) > FAR_SDS * robust_sd(off))
-    if len(off) < LEAST_BESIDE + 1 or len(far) != 1:
-        return numbers, None
-    kept = np.delete(np.arange(len(off)), far)
-    names = tuple(numbers.recordings[k] for k in kept)
-    less = Numbers(names, numbers.values[kept], numbers.covariance[np.ix_(kept, kept)])
-    return less, (numbers.recordings[far[0]], float(off[far[0]]))
-
-
-@dataclass(frozen=True, eq=False)
-class _Scatter:
-    """The table with its scatter, and draws of it."""
-
-    numbers: Numbers
-    covariance: np.ndarray  # C + λ 1
-    usual: float  # of C over it
-    draws: np.ndarray  # (D, R): of the scatter
-    doubt: np.ndarray  # (D,): of what the usual scatter is worth
-
-    @classmethod
-    def of(
-        cls,
-        numbers: Numbers,
-        conditions: tuple[Condition, ...],
-        rng: np.random.Generator,
-    ) -> "_Scatter":
-        """λ is what is left beside the curve that fits best: what is followed is no
-        scatter."""
-        c, y = numbers.covariance, numbers.values[:, None]
-        bare = cls(numbers, c, 1.0, np.zeros((0, len(c))), np.zeros(0))
-        tries = [one for n in conditions for one in _tried(bare, n, [])]
-        best = min(tries, key=lambda one: one.p, default=None)
-        law = np.ones((len(c), 1))
-        if best is not None:
-            law = np.hstack([law, best.use.shift(best.use.values, best.curve)])
-        freedom = len(c) - law.shape[1]
-        unit = float(np.trace(c)) / len(c)
-
-        def left(more: float) -> float:
-            white = _whitener(c + more * np.eye(len(c)))
-            return float((_beside(white(y), white(law)) ** 2).sum()) - freedom
-
-        low, high = 0.0, 0.0
-        if left(0.0) > 0:
-            high = unit
-            while left(high) > 0 and high < MOST_SCATTER * unit:
-                low, high = high, 4 * high
-            for _ in range(30):
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if left(middle) > 0 else (low, middle)
-        whole = c + high * np.eye(len(c))
-        normal = rng.standard_normal((DRAWS, len(c)))
-        return cls(
-            numbers,
-            whole,
-            float(np.trace(np.linalg.solve(whole, c))) / len(c),
-            normal @ np.linalg.cholesky(whole).T,
-            rng.chisquare(USUAL_FREEDOM, DRAWS),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class _Try:
-    """One curve of a condition: its orthonormal columns and the p of its F test."""
-
-    use: UsedCondition
-    made: "_Whitened"
-    curve: ConditionCurve
-    basis: np.ndarray
-    p: float
-
-
-@dataclass(frozen=True, eq=False)
-class _Test:
-    """One condition: its best curve, the p of the least, the same of draws (D,)."""
-
-    use: UsedCondition
-    best: ConditionCurve
-    p: float
-    drawn: np.ndarray
-
-    @property
-    def condition(self) -> Condition:
-        return self.use.condition
-
-    @property
-    def columns(self) -> np.ndarray:
-        """(R, k)."""
-        return self.use.shift(self.use.values, self.best)
-
-
-def _tried(scatter: _Scatter, condition: Condition, beside: list[_Test]) -> list[_Try]:
-    """All curves of a condition that can be told beside those found."""
-    use = used_of(scatter.numbers.recordings, condition)
-    if use is None:
-        return []
-    u, made, out = use.u(use.values[use.kept]), _whitened(scatter, use, beside), []
-    for curve in curves_of(condition, u):
-        basis = made.basis(curve.columns(u))
-        if basis is not None:
-            share = made.share(basis, made.y[None], USUAL_FREEDOM)[0]
-            p = float(made.p(share, basis.shape[1]))
-            out.append(_Try(use, made, curve, basis, p))
-    return out
-
-
-def _tested(
-    scatter: _Scatter, condition: Condition, beside: list[_Test]
-) -> _Test | None:
-    """A condition beside those found; None where no curve can be told."""
-    tries = _tried(scatter, condition, beside)
-    if not tries:
-        return None
-    made, each = tries[0].made, np.ones(DRAWS)
-    for rank in {one.basis.shape[1] for one in tries}:  # greatest share: least p
-        same = [one.basis for one in tries if one.basis.shape[1] == rank]
-        most = np.max(
-            [made.share(basis, made.drawn, scatter.doubt) for basis in same], axis=0
-        )
-        grid = np.linspace(0.0, most.max(), GRID)
-        each = np.minimum(each, np.interp(most, grid, made.p(grid, rank)))
-    least, ordered = min(one.p for one in tries), np.sort(each)
-    share = (1 + np.searchsorted(ordered, least, side="right")) / (1 + DRAWS)
-    p = min(float(share), len(tries) * least, 1.0)
-    calibrated = np.searchsorted(ordered, each, side="right") / DRAWS
-    best = min(tries, key=_cost).curve
-    return _Test(tries[0].use, best, p, calibrated)
-
-
-def _cost(one: _Try) -> float:
-    """−2 ln of the likelihood, and BETTER_CHI2 for each parameter."""
-    made = one.made
-    whole = float((made.y**2).sum()) + made.usual * USUAL_FREEDOM
-    left = whole - float(((made.y @ one.basis) ** 2).sum())
-    freedom = made.freedom + USUAL_FREEDOM
-    return freedom * math.log(left) + BETTER_CHI2 * one.curve.parameters
-
-
-@dataclass(frozen=True, eq=False)
-class _Whitened:
-    """Some recordings of a table, whitened, what stands beside taken out."""
-
-    white: Callable[[np.ndarray], np.ndarray]
-    nuisance: np.ndarray
-    y: np.ndarray
-    drawn: np.ndarray  # (D, n)
-    freedom: int  # of y beside the nuisance
-    usual: float
-
-    def basis(self, columns: np.ndarray) -> np.ndarray | None:
-        """Orthonormal (n, k) of columns beside the nuisance; None where they are
-        hidden, rest on one recording or leave too little."""
-        white = self.white(columns)
-        left = _beside(white, self.nuisance)
-        u, size, _ = np.linalg.svd(left, full_matrices=False)
-        whole = np.linalg.norm(_beside(white, self.nuisance[:, :1]))
-        u = u[:, size > math.sqrt(HIDDEN) * max(float(whole), 1e-300)]
-        if not u.shape[1] or self.freedom - u.shape[1] < LEAST_FREEDOM:
-            return None
-        most = MOST_SHARE if u.shape[1] == 1 else MOST_SHARE_OF_SEVERAL
-        if float((u**2).sum(1).max()) > most:
-            return None
-        return u
-
-    def share(
-        self, basis: np.ndarray, y: np.ndarray, usual: np.ndarray | float
-    ) -> np.ndarray:
-        """(D,): of the square of y (D, n) and the usual scatter's that the basis
-        takes."""
-        whole = (y**2).sum(1) + self.usual * usual
-        return ((y @ basis) ** 2).sum(1) / whole
-
-    def p(self, share: np.ndarray, rank: int) -> np.ndarray:
-        """Of the F test."""
-        left = 0.5 * (self.freedom + USUAL_FREEDOM - rank)
-        return stats.beta.sf(share, 0.5 * rank, left)
-
-
-def _whitened(scatter: _Scatter, use: UsedCondition, beside: list[_Test]) -> _Whitened:
-    kept = use.kept
-    white = _whitener(scatter.covariance[np.ix_(kept, kept)])
-    columns = [one.columns[kept] for one in beside]
-    nuisance = white(np.column_stack([np.ones(len(kept)), *columns]))
-    rank = int(np.linalg.matrix_rank(nuisance, rtol=math.sqrt(HIDDEN)))
-    y = _beside(white(scatter.numbers.values[kept][:, None]), nuisance)[:, 0]
-    drawn = _beside(white(scatter.draws[:, kept].T), nuisance).T
-    return _Whitened(white, nuisance, y, drawn, len(kept) - rank, scatter.usual)
-
-
-def _whitener(covariance: np.ndarray):
-    root = np.linalg.cholesky(covariance)
-    return lambda columns: solve_triangular(root, columns, lower=True)
-
-
-def _beside(columns: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
-    """Columns less their projection on the nuisance."""
-    u, size, _ = np.linalg.svd(nuisance, full_matrices=False)
-    u = u[:, size > math.sqrt(HIDDEN) * size[0]]
-    return columns - u @ (u.T @ columns)
-
-
-def _least_of_all(tests: list[_Test]) -> float:
-    """How often the least p of all conditions would be as small by chance."""
-    drawn = np.min([t.drawn for t in tests], axis=0)
-    least = min(t.p for t in tests)
-    share = float((1 + (drawn <= least).sum()) / (1 + DRAWS))
-    return min(share, len(tests) * least, 1.0)
-
-
-def _p_beside(scatter: _Scatter, test: _Test, beside: list[_Test]) -> float:
-    again = _tested(scatter, test.condition, beside)
-    return 1.0 if again is None else again.p
-
-
-def probability_of(p: float, condition: Condition) -> float:
-    """That a condition is followed, by its p: if it is stated, as likely as not at
-    AS_LIKELY_P."""
-    odds = against_noise(p) / against_noise(AS_LIKELY_P)
-    odds *= DRIFT if condition.unlisted else 1.0
-    return odds / (1 + odds)
-
-
-def _table(numbers, scatter, contact, chosen, p, left) -> ConditionTable:
-    every = [t for t, *_ in chosen]
-    found = [
-        _follow(numbers, scatter, contact, test, [t for t in every if t is not test])
-        | {
-            "p": p_own,
-            "as_well": more,
-            "probability": probability_of(p_own, test.condition),
-        }
-        for test, p_own, more in chosen
-    ]
-    following = None
-    if left is not None:
-        name = effect_name(contact, left[0].condition.name)
-        following = (name, probability_of(left[1], left[0].condition))
-    return ConditionTable(tuple(Follow(**f) for f in found), p, following)
-
-
-def _follow(
-    numbers: Numbers,
-    scatter: _Scatter,
-    contact: Contact,
-    test: _Test,
-    beside: list[_Test],
-) -> dict:
-    """The size of a curve beside the others."""
-    names, c, use = numbers.recordings, test.condition, test.use
-    values, kept = use.values, use.kept
-    made = _whitened(scatter, use, beside)
-    others = made.nuisance.shape[1]
-
-    def fitted(curve: ConditionCurve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Coefficients, covariance, and coefficients without each recording."""
-        own = made.white(use.shift(values, curve)[kept])
-        x, y = (
-            np.hstack([made.nuisance, own]),
-            made.white(numbers.values[kept][:, None])[:, 0],
-        )
-        inverse = np.linalg.pinv(x.T @ x, hermitian=True)
-        size = inverse @ (x.T @ y)
-        left = y - x @ size
-        square = float((left**2).sum()) + made.usual * USUAL_FREEDOM
-        freedom = made.freedom + USUAL_FREEDOM - own.shape[1]
-        lever = np.einsum("ij,jk,ik->i", x, inverse, x)
-        off = left / np.maximum(1 - lever, 1e-6)
-        without = size - (x @ inverse) * off[:, None]
-        wide = square / freedom * (stats.t.ppf(ENDS[1], freedom)) ** 2
-        return size[others:], wide * inverse[others:, others:], without[:, others:]
-
-    def sized(row: np.ndarray, size, covariance) -> Interval:
-        value, half = row @ size, math.sqrt(max(row @ covariance @ row, 0.0))
-        each = contact.scale * np.array([value, value - half, value + half])
-        return Interval(*map(float, each))
-
-    size, covariance, without = fitted(test.best)
-    middle = test.best.columns(use.u(values[kept])).mean(0)
-    at = np.unique(values[kept])
-    if test.best.shape != "levels":
-        at = np.linspace(at[0], at[-1], POINTS)
-    rows = test.best.columns(use.u(at)) - middle
-    curve = tuple(
-        Point(float(x), sized(row, size, covariance))
-        for x, row in zip(at, rows, strict=True)
+def _chance(table: _Table, some: list[_Candidate], rng: np.random.Generator) -> float:
+    """How often scatter alone makes as much of all conditions together: by draws, and
+    at most the odds beforehand over those found (Markov's inequality)."""
+    seen, drawn = (
+        logsumexp([c.ln_odds(y) for c in some], axis=0)
+        for y in (table.y, table.drawn(rng))
     )
+    share = (1 + float((drawn >= seen).sum())) / (1 + DRAWS)
+    bound = sum(c.odds for c in some) * math.exp(-min(float(seen[0]), 500.0))
+    return min(share, bound, 1.0)
+
+
+def _follow(others: _Table, contact: Contact, of: _Likeliest, p: float) -> Follow:
+    """What was found, sized beside all else that was."""
+    own, y, names = of.best.beside(others), others.y, others.numbers.recordings
+    use, shape = own.use, own.likeliest_shape(y)
+
+    def sized(shape: str, at: np.ndarray) -> list[Interval]:
+        value, half, _ = own.curve(y, shape, at)
+        ends = contact.scale * np.array([value, value - half, value + half])
+        return [Interval(*map(float, one)) for one in ends.T]
+
+    at = np.unique(use.u) if shape == "levels" else np.linspace(0.0, 1.0, POINTS)
+    places = (use.low + use.reach * at).tolist()
+    curve = tuple(map(Point, places, sized(shape, at)))
     slope = Interval(math.nan, math.nan, math.nan)
-    if not c.levels:
-        line = ConditionCurve("line", lambda u: u[:, None], 1)
-        own, wide, _ = fitted(line)
-        slope = sized(np.array([1 / use.reach]), own, wide)
-    columns = test.columns
-    shift = columns @ size
-    out = contact.scale * shift
-    out[kept] = contact.scale * (columns[kept] * without).sum(1)
-    sd = np.sqrt(np.diag(scatter.covariance))
-    centred = numbers.values - numbers.values[kept].mean()
-    return {
-        "parameter": contact.name,
-        "condition": c.name,
-        "shape": shape_of(test.best, curve),
-        "slope": slope,
-        "curve": curve,
-        "levels": c.levels,
-        "at": {names[k]: float(values[k]) for k in kept},
-        "seen": {
-            names[k]: (contact.scale * float(centred[k]), contact.scale * float(sd[k]))
-            for k in kept
-        },
-        "shift": dict(zip(names, shift.tolist(), strict=True)),
-        "left_out": dict(zip(names, out.tolist(), strict=True)),
-        "unlisted": c.unlisted,
-    }
+    if not use.levels:
+        one = sized("line", np.array([use.u.mean() + 1]))[0]
+        slope = Interval(*(v / use.reach for v in vars(one).values()))
+    shift, out = np.zeros(len(names)), np.zeros(len(names))
+    shift[use.kept], _, sd = own.curve(y, shape, use.u)
+    for u, r in zip(use.u, use.kept, strict=True):
+        alone = np.eye(len(names))[:, [r]]
+        without = own.beside(_Table(others.numbers, (*others.beside, alone)))
+        if without.told:
+            out[r] = contact.scale * without.curve(y, shape, np.array([u]))[0][0]
+    centred = contact.scale * (y[use.kept, 0] - y[use.kept].mean())
+    seen = zip(centred.tolist(), (contact.scale * sd).tolist(), strict=True)
+    kept = [names[k] for k in use.kept]
+    return Follow(
+        parameter=contact.name,
+        condition=use.name,
+        shape=shape_of(shape, curve),
+        p=p,
+        probability=of.probability,
+        slope=slope,
+        curve=curve,
+        levels=use.levels,
+        at=dict(zip(kept, use.values[use.kept].tolist(), strict=True)),
+        seen=dict(zip(kept, seen, strict=True)),
+        shift=dict(zip(names, shift.tolist(), strict=True)),
+        left_out=dict(zip(names, out.tolist(), strict=True)),
+        unlisted=use.unlisted,
+        as_well=tuple(c.use.name for c in of.as_well),
+    )

@@ -10,7 +10,7 @@ from benchtwin.bench.numbers import with_interval
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.infer.alarm import ALARM_P
-from benchtwin.infer.condition_table import FOUND_P
+from benchtwin.infer.condition_table import FOUND_PROBABILITY
 from benchtwin.infer.finding import Finding
 from benchtwin.report.numbers import capitalised, cells
 from benchtwin.report.residuals import (
@@ -125,7 +125,7 @@ def _sure(f: Finding) -> str:
     return (
         f"noise alone makes as great a mismatch in {words.odds(f.p_global)}"
         f" ({words.chance(f.p_global)}); an alarm needs p < {ALARM_P},"
-        f" of what conditions explain p < {FOUND_P}"
+        f" of a condition a probability of {words.percent(FOUND_PROBABILITY)}"
     )
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from benchtwin.infer.condition_table import (
-    FOUND_P,
     Numbers,
     condition_table,
     numbers_of,
@@ -90,13 +89,14 @@ def test_each_shape_is_found_and_called_so(shape):
 def test_where_nothing_is_followed_nothing_is_found():
     """p is small no more often than it says, whatever the scatter is."""
     rng = np.random.default_rng(12)
-    p = []
+    p, found = [], 0
     for k in range(200):
         _, _, stated = drawn(rng, 6 + k % 12)
         table = table_of(np.zeros(6 + k % 12), stated, rng, scatter=1 + k % 2)
         p.append(table.p)
-        assert not table.found or table.found[0].p < FOUND_P
-    assert np.mean(np.array(p) < FOUND_P) <= 0.01
+        found += bool(table.found)
+    assert found <= 2
+    assert np.mean(np.array(p) < 0.005) <= 0.015
     assert np.mean(np.array(p) < 0.05) <= 0.09  # 5 % and two of its sds
 
 
