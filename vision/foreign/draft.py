@@ -251,7 +251,7 @@ def _draft(
 def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[str]:
     """Write bench.toml and a folder for each draft into `folder`, which is empty;
     returns all questions. trouble: files not read."""
-    questions = []
+    whose: dict[str, list[str]] = {}
     for draft in drafts:
         inside = folder / draft.name
         inside.mkdir()
@@ -261,9 +261,12 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
             shutil.copyfile(draft.file, evidence)
         else:
             draft.table.to_csv(evidence, index=False, float_format="%.9g")
-        questions += [f"{draft.name}: {q}" for q in draft.all_questions]
+        for question in draft.all_questions:
+            whose.setdefault(question, []).append(draft.name)
+    alike = [q for q, names in whose.items() if 1 < len(names) == len(drafts)]
+    questions = [f"{', '.join(whose[q])}: {q}" for q in whose if q not in alike]
     asked = [asked_by(spec, words) for spec, words in BENCH_QUESTIONS.items()]
-    for_all = []
+    for_all = alike
     if words := words_that_differ([draft.file.stem for draft in drafts]):
         for_all.append(
             f"[conditions]: the names differ by {', '.join(words)}: is that a"

@@ -9,7 +9,7 @@ from benchtwin.vision.foreign.source import LENGTH
 
 # "drop_150mm_3", "h 15,5 cm"; a unit that goes on is another word
 _LENGTH = re.compile(
-    r"(?<![\d.,])(\d+(?:[.,]\d+)?)[ _-]?(mm|cm|dm|m|in|ft)(?![^\W_])", re.IGNORECASE
+    r"(?<![\d.,])(\d+(?:[.,]\d+)?)[ _]?((?i:mm|cm|dm|in|ft)|m)(?![^\W_])"
 )
 _CONDITION = re.compile(  # "moisture12pct", "plate_at_25degC"
     r"([^\W\d_]{2,})[ _-]?(\d+(?:[.,]\d+)?)[ _-]?"
@@ -27,7 +27,7 @@ NO_CONDITION = {
 def lengths_mm(name: str) -> list[float]:
     """The lengths in a name [mm].
 
-    >>> lengths_mm("drop_150mm_3"), lengths_mm("Fall aus 15,5 cm"), lengths_mm("3m2")
+    >>> lengths_mm("drop_150mm_3"), lengths_mm("Fall aus 15,5 cm"), lengths_mm("1-18-M")
     ([150.0], [155.0], [])
     """
     return [

@@ -3,9 +3,10 @@ spreadsheet.
 
 A table is told by its headings: a time or frame number, and x and y of each object or
 lengths alone ("t, x, y", "Zeit (in s)", "x / cm", "X1", "Objekt 1 x-Koordinate").
-Lines above the headings may name the objects, a line below them the units; lines of
-words among the numbers are passed over; numbers have a point or a comma. Numbers
-without headings are t and y, or t, x and y, if something falls freely in them."""
+Lines above the headings may name the objects, a line below them the units; lines that
+do not begin a row of numbers with a time are passed over, and the table ends where
+other headings follow; numbers have a point or a comma. Numbers without headings are t
+and y, or t, x and y, if something falls freely in them."""
 
 import re
 from dataclasses import dataclass, replace
@@ -55,6 +56,7 @@ MOST_ABOVE = 40  # lines above the headings
 PLACES = {"x", "y", "length"}
 UNITS = {*TIME, *LENGTH, *PIXELS}
 _WAY = re.compile("x")
+_MARK = re.compile(r"flag\d*")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
 # a unit behind its name: "t/s", "x / cm", "y_mm", "x in Metern", "Высота, м"
 _BEHIND = re.compile(r"(.+?)(?:\s*/\s*(?:in\s+)?|\s*,\s*|_|\s+)([^\s/,_]+)")
@@ -155,6 +157,7 @@ def read(source: Source) -> Contents:
     alone: set[str] = set()
     bare = _bare(source)
     for sheet, rows in source.sheets.items():
+        rows = rows if bare else _without_marks(rows)
         at, headings = (0, bare) if bare else headings_of(rows)
         if at >= 0:
             name = sheet if len(source.sheets) > 1 else ""
@@ -207,10 +210,10 @@ def _tracks(
     """The tracks of one table; sheet: its name, "" where it is the only one."""
     path = source.path
     first = at + any(isinstance(cell, str) for cell in rows[at])
-    numbers = [r for r in rows[first:] if any(isinstance(c, float) for c in r)]
     above = [r for r in rows[:at] if r and not str(r[0]).startswith("#")]
     names = [str(cell).strip() for cell in above[-1]] if above else []  # of the tracks
     times, xs = _columns(headings, "clock", "count"), _columns(headings, "x")
+    numbers = _of_numbers(rows[first:], times)
     ys = _columns(headings, "y") or ([] if xs else _columns(headings, "length"))
     if xs and ys and len(xs) != len(ys):
         raise MeasurementError(
@@ -230,6 +233,30 @@ def _tracks(
         name = next((n for n in reversed(names[: min(here) + 1]) if n), "")
         tracks.append(point_track(path, " ".join(filter(None, (sheet, name))), t, x, y))
     return tracks
+
+
+def _without_marks(rows: Rows) -> Rows:
+    """Rows without columns of marks ("Flag1"), where white space parts the cells, so
+    that empty marks are not there and full ones ("*") move what follows."""
+    at, _ = headings_of(rows)
+    heads = [str(c).lower() for c in rows[at]] if at >= 0 else []
+    marks = [k for k, head in enumerate(heads) if _MARK.fullmatch(head)]
+    if not marks or any("" in row for row in rows[at:]):
+        return rows
+    plain = [[c for c in row if c != "*"] for row in rows]
+    plain[at] = [c for k, c in enumerate(rows[at]) if k not in marks]
+    return plain
+
+
+def _of_numbers(rows: Rows, times: list[int]) -> Rows:
+    """The rows that have a time (columns `times`), up to further headings."""
+    out: Rows = []
+    for row in rows:
+        if any(k < len(row) and isinstance(row[k], float) for k in times):
+            out.append(row)
+        elif out and sum(isinstance(c, str) and bool(c.strip()) for c in row) > 1:
+            break
+    return out
 
 
 def _units(source: Source, headings: list[Heading]) -> tuple[str, str]:

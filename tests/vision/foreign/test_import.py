@@ -79,13 +79,13 @@ def test_a_bench_is_written_that_measures(files):
     questions = (bench / "bench.toml").read_text(encoding="utf8")
     assert "# length_mm =" in questions
     for said in (
-        "film: [drop] height_mm",
-        "clap: [drop] height_mm",
+        "film, clap: [drop] height_mm",
         "plate: was the plate stopped",
     ):
         assert said in questions and said in result.output
     with (bench / "bench.toml").open("a") as file:
         file.write(f"[drop]\nheight_mm = {1000 * HEIGHT_M}\n")
+        file.write("[air]\ndensity_kg_m3 = 0\n")
     found = {
         (o.recording, q.name): q.value for o in measure(bench) for q in o.quantities
     }
@@ -305,7 +305,7 @@ def test_every_question_is_answered_where_it_stands(files):
     assert found["restitution_normal"] == pytest.approx(0.8, abs=0.005)
     run(files / "clap.csv", "--out", files / "typed")
     with (files / "typed" / "clap" / "recording.toml").open("a") as file:
-        file.write(f"height_mm = {1000 * HEIGHT_M}\n")
+        file.write(f"height_mm = {1000 * HEIGHT_M}\n[air]\ndensity_kg_m3 = 0\n")
     found = {q.name: q.value for o in measure(files / "typed") for q in o.quantities}
     assert found["restitution_normal"] == pytest.approx(0.8, abs=0.01)
 

@@ -85,7 +85,8 @@ def test_every_form_of_the_stopwatch_gives_the_impact_times(tmp_path, name):
 
 
 def test_the_stopwatch_gives_the_restitution(tmp_path):
-    (tmp_path / "bench.toml").write_text(f"[drop]\nheight_mm = {1000 * HEIGHT_M}\n")
+    told = f"[drop]\nheight_mm = {1000 * HEIGHT_M}\n[air]\ndensity_kg_m3 = 0\n"
+    (tmp_path / "bench.toml").write_text(told)
     (tmp_path / "clap.xlsx").write_bytes(FILES["clap.xlsx"])
     (observation,) = measure(tmp_path)
     assert {q.name: q.value for q in observation.quantities}[

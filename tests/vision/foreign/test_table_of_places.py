@@ -241,17 +241,28 @@ def test_other_files_are_left_alone(tmp_path, content):
     assert tool_of(tmp_path / "run.txt") == ""
 
 
-def test_a_table_of_mtrack2_is_frames_and_pixels_turned_up(tmp_path):
-    """Object by object with a flag, a line of words under the headings, y down."""
-    rows = [
-        f"{k}\t{120 + 4 * k / FPS:.5f}\t{400 - 500 * y:.5f}\t "
-        for k, y in zip(FRAME, Y)
-    ]
-    head = ["Frame\tX1\tY1\tFlag1", "Tracks 1 to 1 \t \t \t "]
-    (tmp_path / "track.txt").write_text("\n".join([*head, *rows]))
+SUMMARY = ["", "Track \tLength\tDistance traveled\tNr of Frames", "1\t710.2\t366.5\t2"]
+
+
+@pytest.mark.parametrize("by", ["\t", " "])
+def test_a_table_of_mtrack2_is_frames_and_pixels_turned_up(tmp_path, by):
+    """Object by object with a mark, a line of words under the headings, a table of
+    lengths behind; y down. With blanks between cells empty marks are not there, and
+    full ones move what follows; a second object stands still."""
+    mark = {"\t": ["", "*"], " ": [None, "*"]}[by]
+    rows = []
+    for k, y in zip(FRAME, Y):
+        one, other = mark[int(k % 7 == 0)], mark[int(k % 5 == 0)]
+        cells = [k, f"{120 + 4 * k / FPS:.5f}", f"{400 - 500 * y:.5f}", one]
+        cells += ["300.50000", "380.25000", other]
+        rows.append(by.join(str(c) for c in cells if c is not None))
+    head = ["Frame X1 Y1 Flag1 X2 Y2 Flag2".replace(" ", by), f"Tracks 1 to 2 {by}"]
+    behind = [line.replace("\t", by) for line in SUMMARY]
+    (tmp_path / "track.txt").write_text("\n".join([*head, *rows, *behind]))
     found = read_foreign(tmp_path / "track.txt")
     assert (found.time_unit, found.length_unit) == ("frame", "px")
-    (track,) = found.tracks
+    track, other = found.tracks
+    assert len(track.y) == len(Y) and np.ptp(other.x) == np.ptp(other.y) == 0
     assert np.ptp(track.y) == pytest.approx(500 * np.ptp(Y), abs=1e-3)
     assert track.y[0] > track.y[len(track.y) // 6]  # it falls
 
