@@ -39,6 +39,7 @@ class Rig:
     The parts are named "module:function", modules from the rig's folder on where they
     begin with a point; they are loaded when they are used. "": there is no such part.
     observe(recording, options, progress) → Observation, of pictures and tables;
+    heard(impacts in a sound, recording) → Observation, where a sound tells of it;
     refuse(recording) → why its keys say that there is nothing to measure, "";
     derive(recording, summary, common sd) → what follows from the mean of its readings;
     together(recordings with observations) → observations of several together; setup:
@@ -71,6 +72,7 @@ class Rig:
     weighed: tuple[str, ...] = ()
     own_parameters: bool = False
     observe: str = ""
+    heard: str = ""
     refuse: str = ""
     derive: str = ""
     together: str = ""

@@ -6,13 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, Quantity
-from benchtwin.vision.motion.drop_sound import (
-    SoundImpacts,
-    find_impacts,
-    sound_observation,
-)
+from benchtwin.vision.motion.drop_sound import SoundImpacts, find_impacts
 from benchtwin.vision.motion.onsets import APART_S, Onsets
 from benchtwin.vision.recording import Recording
 
@@ -42,7 +39,7 @@ def find_with_corrections(
     sound: Sound, onsets: Onsets, recording: Recording
 ) -> SoundView:
     """What is heard with the corrections of the recording, and without them."""
-    drop = recording.drop
+    drop, measured = recording.drop, RIGS["drop"].part("heard")
     uncorrected = {"impacts_added_s": None, "impacts_struck_s": None}
     plain = replace(recording, **{"drop": drop.model_copy(update=uncorrected)})
     struck = [float(t) for t in drop.impacts_struck_s or ()]
@@ -51,15 +48,13 @@ def find_with_corrections(
     with suppress(
         MeasurementError
     ):  # then there is nothing to stand beside what was corrected
-        automatic = sound_observation(
-            find_impacts(sound, onsets, plain), plain
-        ).quantities
+        automatic = measured(find_impacts(sound, onsets, plain), plain).quantities
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
         added, why = list(drop.impacts_added_s or ()), str(error)
         return SoundView([], added, struck, sudden, (), automatic, (), why)
-    seen = sound_observation(heard, recording)
+    seen = measured(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]
     return SoundView(

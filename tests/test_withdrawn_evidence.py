@@ -10,12 +10,12 @@ import pytest
 from synthetic.motion import Motion, draw_drop, draw_roll, draw_slide
 
 from benchtwin.bench.keys import Air, Camera
+from benchtwin.rigs.drop.heard import measure_impacts
 from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.measurement import NARROWED
-from benchtwin.vision.motion.impacts import measure_impacts
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 

@@ -43,6 +43,7 @@ RIG = Rig(
     },
     own_parameters=True,
     observe=".observe:observe_drop",
+    heard=".with_sound:sound_observation",
     refuse=".on_seeds:height_unknown",
     derive=".equation:restitution",
     setup=".simulate:SETUP",

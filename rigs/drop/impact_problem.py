@@ -21,6 +21,7 @@ from benchtwin.rigs.drop.effects.hooks import (
     tilted_kick,
     tilted_restitution,
 )
+from benchtwin.rigs.drop.first_bounce import first_flat_sd
 from benchtwin.rigs.drop.impact_quantities import (
     KICK_FLOOR,
     KICK_PER_ELONGATION,
@@ -40,7 +41,6 @@ from benchtwin.rigs.drop.variance_components import (
     Scatter,
     scatter_of,
 )
-from benchtwin.vision.motion.first_bounce import first_flat_sd
 
 E_FLOOR = unstated_sd("bounce-scatter")  # least scatter of restitution
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat

@@ -6,18 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchtwin.rigs.drop.heard import measure_impacts
 from benchtwin.rigs.drop.measure import QUANTITIES, Rebound, measure_drop
 from benchtwin.rigs.drop.on_seeds import observe_on_seeds
 from benchtwin.rigs.drop.read import as_it_fell
+from benchtwin.rigs.drop.with_sound import combine_with_sound, observe_sound
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
 from benchtwin.vision.measurement import MeasurementError, Observation, all_failed
-from benchtwin.vision.motion.drop_sound import (
-    combine_with_sound,
-    observe_sound,
-    sound_of,
-)
-from benchtwin.vision.motion.impacts import measure_impacts
+from benchtwin.vision.motion.drop_sound import sound_of
 from benchtwin.vision.motion.of_recording import (
     TABLES,
     Progress,

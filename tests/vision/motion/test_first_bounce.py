@@ -7,9 +7,9 @@ import pytest
 from drops import drop, named
 
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.rigs.drop.heard import measure_impacts
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.measurement import DOUBTFUL, GOOD
-from benchtwin.vision.motion.impacts import measure_impacts
 from benchtwin.vision.recording import Air, Recording, Seed
 
 BALL = {"length_mm": 12.0, "width_mm": 12.0, "thickness_mm": 12.0, "density_kg_m3": 900}

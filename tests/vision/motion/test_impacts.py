@@ -5,7 +5,7 @@ import pytest
 from drops import drop
 from synthetic.motion import draw_drop
 
-from benchtwin.vision.motion.impacts import measure_impacts
+from benchtwin.rigs.drop.heard import measure_impacts
 
 
 def test_impact_times_give_speeds_and_restitution():

@@ -10,9 +10,10 @@ import pytest
 from drops import CAMERA, drop, named
 from synthetic.motion import correlated_noise, draw_drop, film_track
 
+from benchtwin.bench.air import air_of, drag_at
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.drop.measure import measure_drop
-from benchtwin.vision.motion.impacts import drag_per_metre
+from benchtwin.rigs.drop.read import describe
 from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag
 from benchtwin.vision.motion.track import make_track, track_from_table
 from benchtwin.vision.recording import Camera, Recording, Seed
@@ -239,7 +240,7 @@ def test_a_scale_without_a_clock_gives_ratios_and_lengths(unit):
 def test_air_drag_is_allowed_for_where_the_seed_is_described():
     seed = Seed(length_mm=8.72, width_mm=6.84, thickness_mm=5.98, mass_g=0.234)
     known = drop(seed=seed, density=1.2)
-    k = drag_per_metre(known, 1.8)
+    k = drag_at(air_of(describe(known)), 1.8)
     track = film_track(draw_drop(drag_per_m=k), np.random.default_rng(0), noise_mm=0.01)
     assert named(measure_drop(track, known))[
         "restitution_normal"

@@ -15,14 +15,11 @@ from drawn_sound import SCENES, Scene, draw, write
 from drops import drop
 from sound import study
 
+from benchtwin.rigs.drop.with_sound import combine_with_sound, observe_sound
 from benchtwin.vision.evidence.sound import Sound, only_sound, read_sound
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import GOOD, MeasurementError, Observation, Quantity
-from benchtwin.vision.motion.drop_sound import (
-    combine_with_sound,
-    impacts_in_sound,
-    observe_sound,
-)
+from benchtwin.vision.motion.drop_sound import impacts_in_sound
 from benchtwin.vision.motion.impact_chain import find_chain
 from benchtwin.vision.motion.onsets import find_onsets
 from benchtwin.vision.recording import read_recording
