@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from benchtwin.vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
+from benchtwin.vision.motion.scene import (
+    LEAST_SHADE,
+    Scene,
+    colours,
+    dot,
+    in_sds,
+    weighted_product,
+)
 
 # off the background, at which a coarse pixel moves; one in 5e8 by chance
 MOVES_SD = 6.0
@@ -35,7 +42,6 @@ LIKE_SHADOW = (
 # off every shadow of the background, at which colour separates a thing from them
 CLEAR_SD = 6.0
 SHADE_PX = 3.0  # over which the illumination changes
-LEAST_SHADE = 0.02  # relative change of the illumination; less is noise
 
 
 @dataclass(frozen=True)
@@ -85,7 +91,7 @@ class Silhouette:
 def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
     """At most MOST things that differ from the background in this frame, strongest
     first."""
-    shift, background_sds, gain = scene.coarse_difference(pixels)
+    shift, background_sds, light = scene.coarse_difference(pixels)
     size = np.sqrt(dot(shift, shift))
     threshold = max(MOVES_SD, FAINTEST * float(size.max()))
     mask = (size > threshold).astype(np.uint8)
@@ -109,6 +115,7 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
     for strong, left, top, wide, high, here in candidates[:MOST]:
         if found and strong < 0.02 * candidates[0][0]:
             break
+        gain = float(light[top : top + high, left : left + wide].mean())
         found.append(_measure(pixels, scene, gain, left, top, wide, high, here))
     return [f for f in found if f is not None]
 

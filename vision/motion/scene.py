@@ -21,6 +21,9 @@ LEAST_CHANGE = 0.05
 # deviation, in units of the median one, above which a pixel has more noise than the
 # others
 RESTLESS = 2.0
+SURROUNDINGS = 0.5  # of the picture's lesser side
+COARSER = 4  # coarse pixels over which the light is a mean
+LEAST_SHADE = 0.02  # relative change of the illumination; less is noise
 # Orthonormal: brightness and two colours; a grey picture has only the first.
 AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]])
 AXES /= np.linalg.norm(AXES, axis=1, keepdims=True)
@@ -61,20 +64,32 @@ class Scene:
 
     def coarse_difference(
         self, pixels: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, float]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The coarse picture less the background, the background, both in sds of the
-        noise (h, w, c), and the light's gain. gain: brightness relative to the
-        background, for slow drift and flicker."""
+        noise (h, w, c), and the light (h, w) relative to the background's."""
         height, width = self.coarse.shape[:2]
         small = colours(
             cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA)
         )
-        gain = float(
-            np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2))
-        )
-        background = in_sds(gain * self.coarse, self.coarse_matrix)
+        light = light_of(small, self.coarse)
+        background = in_sds(light[..., None] * self.coarse, self.coarse_matrix)
         difference = in_sds(small, self.coarse_matrix) - background
-        return ((difference) / self.restless[..., None], background, gain)
+        return ((difference) / self.restless[..., None], background, light)
+
+
+def light_of(small: np.ndarray, coarse: np.ndarray) -> np.ndarray:
+    """The light (h, w) of a coarse picture relative to its background's: that of the
+    whole, for slow drift and flicker; where something beside the scene shades a part of
+    it, that of the surroundings (their median), which are wider than any seed."""
+    ratio = small.sum(axis=2) / coarse.sum(axis=2)
+    whole = float(np.median(ratio[::3, ::3]))
+    size = [max(n // COARSER, 1) for n in ratio.shape[::-1]]
+    wide = int(SURROUNDINGS * min(size)) // 2 * 2 + 1
+    steps = np.clip(128 * ratio / whole, 0, 255).astype(np.uint8)
+    steps = cv2.medianBlur(cv2.resize(steps, size, interpolation=cv2.INTER_AREA), wide)
+    near = cv2.GaussianBlur(steps.astype(np.float32) / 128, (0, 0), wide / 6)
+    near = cv2.resize(near, ratio.shape[::-1])
+    return whole * np.where(np.abs(near - 1) > LEAST_SHADE, near, 1.0)
 
 
 def colours(pixels: np.ndarray) -> np.ndarray:
@@ -171,10 +186,11 @@ def _noise(
     pixels, sds of a coarse pixel."""
     sds, spreads, coarse_sds = [], [], []
     for frame in frames:
-        plain = colours(frame)
-        dark = np.maximum(background[::5, ::5].sum(axis=2), 1.0)
-        gain = float(np.median(plain[::5, ::5].sum(axis=2) / dark))
-        off = colour_axes(plain - gain * background)
+        plain, size = colours(frame), coarse.shape[1::-1]
+        small = cv2.resize(plain, size, interpolation=cv2.INTER_AREA)
+        light = light_of(colours(small), coarse)
+        whole = cv2.resize(light, plain.shape[1::-1])[..., None]
+        off = colour_axes(plain - whole * background)
         sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
         clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
         power = float((clear**2).mean())
@@ -183,10 +199,8 @@ def _noise(
             beside, below = clear[:, 1:] * clear[:, :-1], clear[1:] * clear[:-1]
             near = float(beside.mean() + below.mean()) / power
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
-        size = coarse.shape[1::-1]
-        small = cv2.resize(plain, size, interpolation=cv2.INTER_AREA)
-        small = colours(small) - gain * coarse
-        coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])
+        rest = colour_axes(colours(small) - light[..., None] * coarse)
+        coarse_sds.append([_spread(o) for o in np.moveaxis(rest, 2, 0)])
     coarse_sd = np.maximum(np.median(coarse_sds, axis=0), 0.15)
     return (np.median(sds, axis=0), float(np.median(spreads)), coarse_sd)
 
