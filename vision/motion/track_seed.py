@@ -6,6 +6,7 @@ nothing, and linked to tracklets. The tracklets are scored by their motion: in f
 the height is a parabola that opens downwards. A hand, a clamp, a mirror image (which
 falls upwards) and a shadow (fainter) score low."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,7 +16,6 @@ from scipy.ndimage import median_filter
 
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
-from benchtwin.vision.foreign.unit_inference import free_falls
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.detect import Silhouette, find_silhouettes
 from benchtwin.vision.motion.ellipse import fit_ellipses
@@ -51,7 +51,6 @@ UPWARDS = ((0.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
 # their sizes, and of a standard normal value's
 MOVES_PX, LEAST_DIFFERENCES = 0.3, 8
 QUANTILE, NORMAL_QUANTILE = 0.3, 0.385
-LEAST_PARABOLA = 5  # rows
 MOST_SAID = 3  # times at which the seed was lost, in a note
 
 
@@ -204,10 +203,9 @@ def _score(
     tracklet: Tracklet, falling: bool, scene: Scene, up: tuple[float, float]
 ) -> float:
     """Score of a tracklet: distance covered, times smoothness and contrast; for a drop,
-    the worth of its clearest fall less that of what falls upwards (a mirror image),
-    times contrast. up: in the picture, y down."""
-    x, down = np.array([(s.x, s.y) for s in tracklet.shapes]).T
-    y, aside = up[0] * x + up[1] * down, up[1] * x - up[0] * down
+    height fallen, times contrast. up: in the picture, y down."""
+    x = np.array([s.x for s in tracklet.shapes])
+    y = up[0] * x + up[1] * np.array([s.y for s in tracklet.shapes])
     extent = tracklet.extent
     size = np.sqrt(tracklet.area)
     if extent < max(0.7 * size, 4.0) or tracklet.area > 0.05 * np.prod(scene.shape):
@@ -217,14 +215,40 @@ def _score(
         return extent * np.sqrt(strength) * _smoothness(x, size)
     if np.ptp(y) < 0.5 * extent:
         return 0.0
-    if len(y) < LEAST_PARABOLA:
-        return 0.3 * float(np.ptp(y)) * np.sqrt(strength)
-    falls = free_falls(np.array(tracklet.frames, dtype=float), aside, y)
-    fallen, risen = (
-        max((f.worth for f in falls if f.acceleration * way > 0), default=0.0)
-        for way in (-1, 1)
-    )
-    return max(fallen - risen, 0.0) * np.sqrt(strength)
+    return _fall_height(np.array(tracklet.frames, dtype=float), y) * np.sqrt(strength)
+
+
+def _fall_height(frames: np.ndarray, y: np.ndarray) -> float:
+    """Sum of the heights of all flights that are parabolas opening downwards, less
+    those opening upwards."""
+    if len(y) < 4:
+        return 0.3 * float(np.ptp(y))
+    if len(y) > 4:
+        turns = np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1
+    else:
+        turns = np.array([], int)
+    big = [0, *[int(t) for t in turns if _stands_out(y, int(t))], len(y) - 1]
+    height = 0.0
+    for a, b in itertools.pairwise(big):
+        inner = slice(a + 1, b) if b - a > 5 else slice(a, b + 1)
+        if inner.stop - inner.start < 3:
+            continue
+        f, h = frames[inner] - frames[inner].mean(), y[inner]
+        if a == 0:  # omit the rest before the release
+            begin = int(np.flatnonzero(h >= h.max() - 0.02 * np.ptp(h))[-1])
+            f, h = (f[begin:], h[begin:]) if len(h) - begin >= 4 else (f, h)
+        bend, slope, level = np.polyfit(f, h, 2)
+        left = float(np.std(h - np.polyval([bend, slope, level], f)))
+        extent = float(np.ptp(h))
+        if extent > 2 and left < 0.1 * extent:
+            height += extent * (1.0 if bend < 0 else -1.0)
+    return max(height, 0.0)
+
+
+def _stands_out(y: np.ndarray, at: int) -> bool:
+    """Whether a minimum is deeper than noise on both sides."""
+    least = 0.03 * np.ptp(y) + 1.0
+    return bool(y[: at + 1].max() - y[at] > least and y[at:].max() - y[at] > least)
 
 
 def _smoothness(x: np.ndarray, size: float) -> float:
