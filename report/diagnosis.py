@@ -125,7 +125,8 @@ def _sure(f: Finding) -> str:
     return (
         f"noise alone makes as great a mismatch in {words.odds(f.p_global)}"
         f" ({words.chance(f.p_global)}); an alarm needs p < {ALARM_P},"
-        f" of a condition a probability of {words.percent(FOUND_PROBABILITY)}"
+        " or a condition that is followed with a probability of"
+        f" {words.percent(FOUND_PROBABILITY)}"
     )
 
 

@@ -19,7 +19,7 @@ from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import elongation
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.rigs.drop.first_bounce import first_bounce, first_flat_sd
-from benchtwin.rigs.drop.measure import QUANTITIES
+from benchtwin.rigs.drop.measure import QUANTITIES, air_in_words
 from benchtwin.rigs.drop.read import describe
 from benchtwin.vision.measurement import (
     DOUBTFUL,
@@ -297,13 +297,8 @@ def _drag(
     air = air_of(describe(recording))
     if not air.share:
         return 0.0, 0.0, []
-    drag, known = drag_at(air, 0.75 * fast), air.sd < air.share
-    note = f"air drag (up to {100 * drag * fast**2 / G_M_S2:.1f} % of the weight)"
-    note += " is allowed for"
-    if not known:
-        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
-        note = f"air drag is a usual seed's, ± 100 %: {missing}"
-    return drag, drag * air.sd / air.share, [note]
+    drag = drag_at(air, 0.75 * fast)
+    return drag, drag * air.sd / air.share, air_in_words(air, fast)
 
 
 def _too_low(height: float, gap: float, top: float, e: np.ndarray) -> str:

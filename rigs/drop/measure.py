@@ -21,7 +21,7 @@ from functools import cached_property, partial
 import numpy as np
 import pandas as pd
 
-from benchtwin.bench.air import drag_at
+from benchtwin.bench.air import Air, drag_at
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, unstated_sd
@@ -713,6 +713,17 @@ def _scale_note(found: Fitted) -> list[str]:
     return []
 
 
+def air_in_words(air: Air, fastest_m_s: float) -> list[str]:
+    """A note on the air, none without any."""
+    if not air.share:
+        return []
+    if air.sd >= air.share:
+        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
+        return [f"air drag is a usual seed's, ± 100 %: {missing}"]
+    most = drag_at(air, fastest_m_s) * fastest_m_s**2 / G_M_S2
+    return [f"air drag (up to {100 * most:.1f} % of the weight) is allowed for"]
+
+
 def _said(told: Evidence) -> list[str]:
     """What the numbers are based on."""
     track, flights, notes = told.track, told.flights, []
@@ -725,16 +736,9 @@ def _said(told: Evidence) -> list[str]:
             f" {track.time_unit}; ratios do not need them"
         )
     air = told.session.air[0]
-    if air.share and air.sd >= air.share:
-        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
-        notes.append(f"air drag is a usual seed's, ± 100 %: {missing}")
-    elif air.share:
-        speed = abs(float(flights.speed(0, flights.time[flights.rows[0][-1]])))
-        most = drag_at(air, speed * told.unit / told.clock) / G_M_S2
-        most *= (speed * told.unit / told.clock) ** 2
-        notes.append(
-            f"air drag (up to {100 * most:.1f} % of the weight) is allowed for"
-        )
+    speed = abs(float(flights.speed(0, flights.time[flights.rows[0][-1]])))
+    speed *= told.unit / told.clock
+    notes += air_in_words(air, speed)
     if flights.outlier.any():
         notes.append(
             f"{int(flights.outlier.sum())} frames lie off their flight and were left"

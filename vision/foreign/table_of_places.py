@@ -4,9 +4,9 @@ spreadsheet.
 A table is told by its headings: a time or frame number, and x and y of each object or
 lengths alone ("t, x, y", "Zeit (in s)", "x / cm", "X1", "Objekt 1 x-Koordinate").
 Lines above the headings may name the objects, a line below them the units; lines that
-do not begin a row of numbers with a time are passed over, and the table ends where
-other headings follow; numbers have a point or a comma. Numbers without headings are t
-and y, or t, x and y, if something falls freely in them."""
+do not hold a time are passed over, and the table ends where time begins again behind
+such; numbers have a point or a comma. Numbers without headings are t and y, or t, x and
+y, if something falls freely in them."""
 
 import re
 from dataclasses import dataclass, replace
@@ -249,13 +249,19 @@ def _without_marks(rows: Rows) -> Rows:
 
 
 def _of_numbers(rows: Rows, times: list[int]) -> Rows:
-    """The rows that have a time (columns `times`), up to further headings."""
+    """The rows that have a time (in one of the columns `times`), up to where time
+    begins again behind others: there another table follows."""
     out: Rows = []
+    last, other = -np.inf, False
     for row in rows:
-        if any(k < len(row) and isinstance(row[k], float) for k in times):
-            out.append(row)
-        elif out and sum(isinstance(c, str) and bool(c.strip()) for c in row) > 1:
+        told = [c for k in times if k < len(row) and isinstance(c := row[k], float)]
+        if not told:
+            other = True
+            continue
+        if other and told[0] <= last:
             break
+        out.append(row)
+        last, other = told[0], False
     return out
 
 

@@ -267,6 +267,15 @@ def test_a_table_of_mtrack2_is_frames_and_pixels_turned_up(tmp_path, by):
     assert track.y[0] > track.y[len(track.y) // 6]  # it falls
 
 
+def test_lines_without_a_time_are_passed_over_and_end_no_table(tmp_path):
+    """Words in every cell among the numbers: what follows is of the same table."""
+    rows = [f"{t:.5f},{x:.5f},{y:.5f}" for t, x, y in zip(T, X, Y)]
+    rows.insert(20, "lost,lost,lost")
+    (tmp_path / "fall.csv").write_text("\n".join(["t (s),x (m),y (m)", *rows]))
+    (track,) = read_foreign(tmp_path / "fall.csv").tracks
+    assert len(track.y) == len(Y)
+
+
 @pytest.mark.parametrize(
     ("heading", "unit"),
     [
