@@ -16,7 +16,6 @@ import numpy as np
 
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import stated_sd, unstated_sd
-from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import Fit, ln_evidence
@@ -34,11 +33,11 @@ from benchtwin.rigs.slide.problem import (
     likeliest,
     wander_of,
 )
+from benchtwin.rigs.slide.read import FRAME_S, seen_slide, without_strays
 from benchtwin.rigs.slide.session import (
-    LEAST_OF_FEW,
+    ANGLE_MISSING,
     LEAST_REST,
     LEAST_SLIDING,
-    LEAST_TRAVEL_MM,
     LETS_GO,
     MOVING,
     SET_OFF,
@@ -46,13 +45,12 @@ from benchtwin.rigs.slide.session import (
     AirDrag,
     Run,
     Session,
-    air_drag,
-    first_in_motion,
-    mass_of,
-    slide_end,
+    has_few_rows,
+    rows_of,
+    run_of,
+    with_rest,
 )
 from benchtwin.rigs.slide.starts import start_of
-from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, standing_tilt, stated_tilt
 from benchtwin.vision.measurement import (
     FAILED,
     MeasurementError,
@@ -62,14 +60,10 @@ from benchtwin.vision.measurement import (
     vague,
 )
 from benchtwin.vision.motion.least_squares import all_stated, variance_factor
-from benchtwin.vision.motion.outliers import rows_at_rest, single_spikes
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
 LEVELS = 3  # times the sd of few rows is estimated
-FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
-LEAST_TRAVEL_PX = 2.0
-FRAME_S = 0.01
 CERTAIN_SDS = 10.0  # of a loss of friction: e⁻⁵⁰ is left to none
 LEAST_LOSS, MOST_LOSS, LOSSES = 1e-3, 0.5, 16  # of friction at the onset; so many tried
 UNLIKELY = 12.0  # ln by which one is, below the likeliest
@@ -84,10 +78,6 @@ QUANTITIES = (
     ("slide_angle", "deg"),
     ("static_friction", "1"),
     ("kinetic_friction", "1"),
-)
-ANGLE_MISSING = (
-    "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide]"
-    " start_deg and tilt_rate_deg_s"
 )
 START_MISSING = (
     "[slide] start_deg is missing: the plate's angle [deg] at t = 0, 0 where it began"
@@ -121,106 +111,69 @@ class Slide:
 def measure_slide(track: Track, recording: Recording) -> Slide:
     """Quantities slide_angle, static_friction, kinetic_friction; those that the
     recording does not show are failed, with the reason."""
-    used = track.used()
-    used = used.marked(single_spikes(used.x)).used()
-    few = recording.evidence == "gates.csv" or len(used) < FEW_ROWS
+    used = without_strays(track)
+    few = has_few_rows(recording.evidence == "gates.csv", len(used))
     try:
-        return _measure(used, recording, few)
-    except MeasurementError as error:
+        return _measured(_evidence(used, recording, few))
+    except ValueError as error:
         onset = all_failed(QUANTITIES[:2], FEW if few else str(error))
         return Slide((*onset, failed(*QUANTITIES[2], str(error))), None, None)
 
 
-def _measure(track: Track, recording: Recording, few: bool) -> Slide:
-    if few:
-        track.need_physical(recording)
-    edge = 1 if few else max(3, len(track) // 20)
-    way = np.median(track.x[-edge:]) - np.median(track.x[:edge])
-    sign = 1.0 if way >= 0 else -1.0
-    x, time = sign * track.x, _clock(track) * track.time
-    noise = 0.0 if few else difference_noise(x, 2) + 1e-9
-    least = LEAST_TRAVEL_MM if track.unit == "mm" else LEAST_TRAVEL_PX
-    if not few and np.ptp(x) < max(20 * noise, least):
-        raise MeasurementError(
-            f"the block does not slide: it moves {np.ptp(x):.3g} {track.unit} in all"
-        )
-    sd = float(np.median(track.sd)) if all_stated(track.sd) else 0.0
-    first = rows_at_rest(x, sd) if few else first_in_motion(x, noise)
-    met = len(x) if few else slide_end(time, x, noise)
-    met = met if met >= first + LEAST_SLIDING // 2 else len(x)
-    first = min(first, len(x) - 1)
-    tilt, own, notes = _plate(track, time, recording, first, met)
-    if few and len(x) - first < LEAST_OF_FEW:
-        raise MeasurementError(
-            f"{len(x) - first} rows of sliding; place, speed and friction need at least"
-            f" {LEAST_OF_FEW}"
-        )
-    begin = first if few else max(0, first - max(80, met - first))
-    rows = slice(begin, len(x))
-    seen = _seen(track, time, x, rows, first - begin, tilt, recording, own)
-    if few:
-        return _of_few(seen, notes, sign)
-    hows = [MOVING, SET_OFF] if tilt.stands else [MOVING, LETS_GO]
-    ways = likeliest(seen.run, hows, met - begin, seen.sigma)
-    return _of_track(seen, ways, begin, noise, notes, sign)
-
-
-def _clock(track: Track) -> float:
-    """Seconds in a unit of the track's time; of frames of unknown rate some: the scale
-    that is fitted then is one of length over time squared."""
-    return 1.0 if track.timed else FRAME_S
-
-
 @dataclass(frozen=True, eq=False)
-class Seen:
+class Evidence:
     """A track as it is fitted. unit: millimetres of the fit in a unit of its lengths;
-    sigma (n,): relative sds of its rows; shared: names of parameters whose errors are
-    the same in all slides of a session."""
+    notes: on what is stated."""
 
     track: Track
     run: Run
-    sigma: np.ndarray
     unit: float
-    shared: tuple[str, ...]
+    notes: list[str]
+
+    @property
+    def clock(self) -> float:
+        """Seconds in a unit of the track's time."""
+        return 1.0 if self.track.timed else FRAME_S
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """Names of the run's parameters whose errors are the same in all slides of a
+        session."""
+        return () if self.run.tilt.sensor else ("level", "rate")
 
 
-def _seen(
-    track: Track,
-    time: np.ndarray,
-    x: np.ndarray,
-    rows: slice,
-    rest: int,
-    tilt: Tilt,
-    recording: Recording,
-    shared: tuple[str, ...],
-) -> Seen:
-    told = {
-        "seed": recording.seed.model_dump(exclude_none=True),
-        "air": recording.air.model_dump(exclude_none=True),
-    }
-    run = Run(
-        recording.id,
-        recording.session or "",
-        time[rows],
-        x[rows],
-        track.frame[rows],
-        rest,
-        tilt,
-        mass_of(told),
-        1e-3 * (recording.slide.start_mm or 0.0),
-        air_drag(told) if track.physical else AirDrag(),
-        recording.scale_sd if track.physical else FREE_SCALE_SD,
-        np.zeros((len(x[rows]), 2)),
-        pictured=track.tilt_sd_deg is not None,
-    )
-    unit = 1.0 if track.physical else _first_unit(run)
-    run = replace(run, travel=unit * run.travel)
-    sd = track.sd[rows]
-    sigma = sd if all_stated(sd) else np.ones(len(sd))
-    if recording.evidence == "gates.csv" and not all_stated(sd):  # errors of the times
-        speed = np.abs(np.gradient(run.travel, run.time))
-        sigma = np.maximum(speed, 1e-3 * np.ptp(run.travel) / np.ptp(run.time))
-    return Seen(track, run, sigma / np.median(sigma), unit, shared)
+def _evidence(track: Track, recording: Recording, few: bool) -> Evidence:
+    if few:
+        track.need_physical(recording)
+    run, unit = with_rest(run_of(seen_slide(track, recording))), 1.0
+    rate, start = recording.slide.tilt_rate_deg_s, recording.slide.start_deg
+    if rate and not run.tilt.sensor:
+        if not track.timed:
+            raise MeasurementError(
+                f"{recording.toml}: {ANGLE_MISSING} together with camera.fps"
+            )
+        if start is None:
+            raise MeasurementError(f"{recording.toml}: {START_MISSING}")
+    if not track.physical:
+        unit = _first_unit(run)
+        run = replace(run, air=AirDrag(), scale_sd=FREE_SCALE_SD)
+        run = replace(run, travel=unit * run.travel)
+    return Evidence(track, run, unit, _said(run, rate, start))
+
+
+def _said(run: Run, rate: float | None, start: float | None) -> list[str]:
+    """The plate's angle, where it is as stated."""
+    if run.tilt.sensor:
+        return []
+    if not rate:
+        said = f"the plate is taken to stand at {start:g}°"
+        said += f", ± {stated_sd('level-plate'):g}°"
+        return [said + ": no tilt_rate_deg_s is stated" * (rate is None)]
+    sd = stated_sd("level-plate" if run.gates else "start-angle")
+    return [
+        f"the plate's angle is as stated: {start:g}° at t = 0, ± {sd:g}°, and {rate:g}"
+        f" °/s, ± {100 * stated_sd('tilt-rate'):g} %"
+    ]
 
 
 def _first_unit(run: Run) -> float:
@@ -232,66 +185,29 @@ def _first_unit(run: Run) -> float:
     return 1 / max(stretch, 1e-6 * float(np.ptp(run.travel)))
 
 
-def _plate(
-    track: Track, time: np.ndarray, recording: Recording, first: int, stop: int
-) -> tuple[Tilt, tuple[str, ...], list[str]]:
-    """The plate's angle, names of the run's parameters whose errors all slides of a
-    session have, and notes; MeasurementError naming the missing key."""
-    stated = recording.slide
-    if track.tilt_deg is None:
-        known = np.zeros(len(track), dtype=bool)
-    else:
-        known = np.isfinite(track.tilt_deg)
-    if known[:stop].sum() >= LEAST_OF_FEW:
-        column = np.asarray(track.tilt_deg)[:stop]
-        ends = time[first], time[stop - 1]
-        tilt = seen_tilt(time[:stop], column, *ends, steps=False)
-        step = reading_step(column[known[:stop]])
-        if np.ptp(column[known[:stop]]) == 0:  # of one number, its step is not known
-            step = 0.0
-        return replace(tilt, grid_deg=step, zero_sd_deg=track.tilt_sd_deg), (), []
-    rate, start = stated.tilt_rate_deg_s, stated.start_deg
-    if rate and not track.timed:
-        raise MeasurementError(
-            f"{recording.toml}: {ANGLE_MISSING} together with camera.fps"
-        )
-    if start is None:
-        raise MeasurementError(
-            f"{recording.toml}: {START_MISSING if rate else ANGLE_MISSING}"
-        )
-    own = ("level", "rate")
-    if not rate:
-        tilt, sd = standing_tilt(start, time[first]), stated_sd("level-plate")
-        said = f"the plate is taken to stand at {start:g}°, ± {sd:g}°"
-        if rate is None:
-            said += ": no tilt_rate_deg_s is stated"
-        return tilt, own, [said]
-    # the clock of light gates starts with the tilting, a film somewhat before it
-    gates = recording.evidence == "gates.csv"
-    sd = stated_sd("level-plate" if gates else "start-angle")
-    tilt = stated_tilt(rate, start, sd, time[first])
-    said = (
-        f"the plate's angle is as stated: {start:g}° at t = 0, ± {sd:g}°, and {rate:g}"
-        f" °/s, ± {100 * stated_sd('tilt-rate'):g} %"
-    )
-    return tilt, own, [said]
+def _measured(seen: Evidence) -> Slide:
+    if seen.run.few:
+        return _of_few(seen)
+    hows = [MOVING, SET_OFF if seen.run.tilt.stands else LETS_GO]
+    return _of_track(seen, likeliest(seen.run, hows))
 
 
-def _of_few(seen: Seen, notes: list[str], sign: float) -> Slide:
+def _of_few(seen: Evidence) -> Slide:
     track, run = seen.track, replace(seen.run, how=MOVING)
+    run = rows_of(run, np.arange(len(run.time)) >= run.rest)
     stated, freedom = all_stated(track.sd), len(run.time) - 3
     level = float(np.median(track.sd)) if stated else FEW_SD_MM
     near = None
     for _ in range(1 if stated else LEVELS):
-        found = alone(run, WHITE, level * seen.sigma, near)
-        near, misfit = found.fit, _misfit(found, level * seen.sigma)
+        found = alone(run, WHITE, level * run.weight, near)
+        near, misfit = found.fit, _misfit(found, level * run.weight)
         level *= math.sqrt(misfit / freedom)
     factor, doubt = variance_factor(misfit, freedom, stated)
     one = _one(found.fit, math.sqrt(factor))
     (kinetic,) = one.quantities(dict(QUANTITIES[2:]), _shared(seen, one.fit)).values()
     kinetic = kinetic.doubt(_negative(kinetic), vague(kinetic), doubt)
     onset = all_failed(QUANTITIES[:2], FEW)
-    return Slide((*onset, kinetic), None, _curve(seen, found, sign), tuple(notes))
+    return Slide((*onset, kinetic), None, _curve(seen, found), tuple(seen.notes))
 
 
 def _misfit(found: Alone, sigma: np.ndarray) -> float:
@@ -307,17 +223,10 @@ def _misfit(found: Alone, sigma: np.ndarray) -> float:
     return max(float(left @ left), 1e-18)
 
 
-def _of_track(
-    seen: Seen,
-    ways: list[Alone],
-    begin: int,
-    row_noise: float,
-    notes: list[str],
-    sign: float,
-) -> Slide:
-    """ways: in which the block may move, likeliest first; begin: the first row."""
-    track, best = seen.track, ways[0]
-    best, noise = _about(seen, best)
+def _of_track(seen: Evidence, ways: list[Alone]) -> Slide:
+    """ways: in which the block may move, likeliest first."""
+    track, notes = seen.track, [*seen.notes]
+    best, noise = _about(ways[0])
     ones, best = _losses(best)
     quantities = _mixed(seen, best, ones)
     if best.run.how != LETS_GO:
@@ -328,7 +237,7 @@ def _of_track(
         missing = "mm_per_px" if track.unit == "px" else "fps"
         why = f"pixels or frames only; camera.{missing} is needed"
         kinetic = failed("kinetic_friction", "1", f"the acceleration is known in {why}")
-    doubts = _doubts(seen, best, row_noise, kinetic, static)
+    doubts = _doubts(seen, best, kinetic, static)
     free = (LOSES,) * bool(best.fit.by_name.get(LOSES))
     rivals = [*_one(best.fit).rivals(free), *_other_ways(ways)]
     found = tuple(
@@ -341,18 +250,18 @@ def _of_track(
             " deviations allow for it"
         )
     if len(best.run.time) < len(seen.run.time):
-        met = float(track.time[begin + len(best.run.time) - 1])
+        met = float(best.run.time[-1]) / seen.clock
         notes.append(
             f"the slide ends at {met:.4g} {track.time_unit}; what follows is not fitted"
         )
     onset = None
     if best.run.how != MOVING:
         since = of_own(best.fit.starts[0])["onset"]
-        onset = (since + best.run.tilt.origin) / _clock(track)
-    return Slide(found, onset, _curve(seen, best, sign), tuple(notes))
+        onset = (since + best.run.tilt.origin) / seen.clock
+    return Slide(found, onset, _curve(seen, best), tuple(notes))
 
 
-def _about(seen: Seen, best: Alone) -> tuple[Alone, Noise]:
+def _about(best: Alone) -> tuple[Alone, Noise]:
     """The likeliest fit again, with the noise of the rows about it; of a block in
     motion, with a friction that changes along its way as usual."""
     run = best.run
@@ -395,7 +304,9 @@ def _losses(best: Alone) -> tuple[list[tuple[float, Fit]], Alone]:
     return list(zip(share.tolist(), found, strict=True)), replace(best, fit=kept)
 
 
-def _mixed(seen: Seen, best: Alone, ones: list[tuple[float, Fit]]) -> list[Quantity]:
+def _mixed(
+    seen: Evidence, best: Alone, ones: list[tuple[float, Fit]]
+) -> list[Quantity]:
     """Means and sds of the quantities over some fits with their probabilities."""
     wanted = dict(QUANTITIES if best.run.how == LETS_GO else QUANTITIES[2:])
     noise = max(best.fit.problem.level_sd, 1e-3)
@@ -420,7 +331,7 @@ def _one(found: Fit, looser: float = 1.0) -> OneRecording:
     return OneRecording(found, OWN, partial(_values, found.problem.model), looser)
 
 
-def _shared(seen: Seen, found: Fit) -> list[str]:
+def _shared(seen: Evidence, found: Fit) -> list[str]:
     """Parameters whose errors all slides of a session have in common."""
     known = {"scale", "air", "plate", *found.problem.effects}
     return [*seen.shared, *(n for n in found.problem.known_sd if n in known)]
@@ -458,10 +369,10 @@ def _other_ways(ways: list[Alone]) -> list[Rival]:
     return out
 
 
-def _curve(seen: Seen, found: Alone, sign: float) -> tuple[np.ndarray, np.ndarray]:
+def _curve(seen: Evidence, found: Alone) -> tuple[np.ndarray, np.ndarray]:
     """Times and places of the fit in the track's units."""
     place = (found.run.travel - found.left) / seen.unit
-    return found.run.time / _clock(seen.track), sign * place
+    return found.run.time / seen.clock, found.run.sign * place
 
 
 def _negative(kinetic: Quantity) -> str:
@@ -471,7 +382,7 @@ def _negative(kinetic: Quantity) -> str:
 
 
 def _doubts(
-    seen: Seen, best: Alone, row_noise: float, kinetic: Quantity, static: Quantity
+    seen: Evidence, best: Alone, kinetic: Quantity, static: Quantity
 ) -> list[str]:
     """What a user can act on."""
     run, doubts = best.run, [_negative(kinetic)]
@@ -484,8 +395,8 @@ def _doubts(
         doubts.append(ALREADY_MOVING)
     if sliding < LEAST_SLIDING // 2:
         doubts.append(f"only {sliding} frames of sliding")
-    left = float(np.sqrt(np.mean(best.left**2)))
-    if left > max(5 * seen.unit * row_noise, 0.02 * float(np.ptp(run.travel))):
+    left, noise = float(np.sqrt(np.mean(best.left**2))), difference_noise(run.travel, 2)
+    if left > max(5 * noise, 0.02 * float(np.ptp(run.travel))):
         doubts.append(
             "the travel is not that of one block under constant friction (off by"
             f" {left / seen.unit:.2g} {seen.track.unit})"

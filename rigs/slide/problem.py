@@ -29,8 +29,6 @@ from benchtwin.infer.series import problem_of as series_problem
 from benchtwin.rigs.slide.effects import EFFECTS
 from benchtwin.rigs.slide.model import OWN, SHAPES, Model, predict, run_motion
 from benchtwin.rigs.slide.session import (
-    LEAST_REST,
-    LEAST_SLIDING,
     MOVING,
     SET_OFF,
     SETTLES_S,
@@ -39,7 +37,7 @@ from benchtwin.rigs.slide.session import (
     Read,
     Run,
     Session,
-    slide_end,
+    rows_of,
 )
 from benchtwin.rigs.slide.starts import Start, start_of
 
@@ -97,9 +95,9 @@ def prepare(session: Session) -> Prepared:
     session = replace(session, runs=ended)
     noise = estimate([part for run in session.runs for part in stretches(run)])
     kept, sigma = [], []
-    pooled = _pooled([run for run in session.runs if has_few_rows(run)])
+    pooled = _pooled([run for run in session.runs if run.few])
     for run in session.runs:
-        if has_few_rows(run):
+        if run.few:
             kept.append(run)
             sigma.append(np.full(len(run.time), pooled))
             continue
@@ -112,35 +110,14 @@ def prepare(session: Session) -> Prepared:
     return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
 
 
-def rows_of(run: Run, rows: np.ndarray) -> Run:
-    """Some rows (n,) of a run."""
-    rest, ended = run.moving.start, run.moving.stop
-    return replace(
-        run,
-        time=run.time[rows],
-        travel=run.travel[rows],
-        frame=run.frame[rows],
-        lock=run.lock[rows],
-        rest=int(rows[:rest].sum()),
-        ended=int(rows[ended:].sum()),
-    )
-
-
 def until_its_end(run: Run) -> Run:
     """A run on a plate that stands, cut where the block meets something; where it comes
     to rest is told."""
-    found = likeliest(run, [run.how], meets(run), np.ones(len(run.time)))[0]
+    found = likeliest(run, [run.how])[0]
     run = found.run
     way = 1e3 * run_motion(found.fit.problem.model, 0, found.fit.starts[0], {})[0]
     resting = max(int((way[1:] >= way[-1]).sum()) - 1, 0)  # rows after that of the stop
     return replace(run, ended=resting, rests=resting > 0)
-
-
-def meets(run: Run) -> int:
-    """Row at which the block may meet something."""
-    met = slide_end(run.time, run.travel, difference_noise(run.travel, 2))
-    enough = met >= run.rest + LEAST_SLIDING // 2
-    return met if enough else len(run.time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,36 +157,35 @@ def alone(run: Run, noise: Noise, sigma: np.ndarray, near: Fit | None = None) ->
     return Alone(prepared, fit(problem, free=free, start=begun))
 
 
-def likeliest(run: Run, hows: list[str], met: int, sigma: np.ndarray) -> list[Alone]:
-    """Ways in which a block may move, each fitted, likeliest first; met: row at which
-    its slide may end: behind it the block may do anything smooth; sigma (n,): relative
-    sds of the rows.
+def likeliest(run: Run, hows: list[str]) -> list[Alone]:
+    """Ways in which a block may move, each fitted, likeliest first; behind the row at
+    which it may meet something it may do anything smooth.
 
     ln_evidence: with the rows' noise and all parameters of the run's own marginalised
     to first order (Schwarz 1978, Annals of Statistics 6, 461)."""
     n, tried, rows_sd = len(run.time), [], difference_noise(run.travel, 2)
-    for end in dict.fromkeys((met, n)):
-        after, more = _smooth(run, sigma, end)
+    for end in dict.fromkeys((run.met, n)):
+        after, more = _smooth(run, end)
         for how in hows:
             if how != MOVING and run.rest < 2:
                 continue
             cut = rows_of(replace(run, how=how), np.arange(n) < end)
-            found = alone(cut, WHITE, rows_sd * sigma[:end])
-            misfit = float(((found.left / sigma[:end]) ** 2).sum()) + after
+            found = alone(cut, WHITE, rows_sd * cut.weight)
+            misfit = float(((found.left / cut.weight) ** 2).sum()) + after
             count = 3 + (how == SET_OFF) + more
             ln = -n / 2 * math.log(max(misfit, 1e-12) / n) - count / 2 * math.log(n)
             tried.append(replace(found, ln_evidence=ln))
     return sorted(tried, key=lambda found: -found.ln_evidence)
 
 
-def _smooth(run: Run, sigma: np.ndarray, end: int) -> tuple[float, int]:
+def _smooth(run: Run, end: int) -> tuple[float, int]:
     """Misfit of the rows from `end` on about a parabola, and its parameters with the
     time of the meeting."""
     time, x = run.time[end:], run.travel[end:]
     if not len(time):
         return 0.0, 0
     degree = min(2, len(time) - 1)
-    left = (x - np.polyval(np.polyfit(time, x, degree), time)) / sigma[end:]
+    left = (x - np.polyval(np.polyfit(time, x, degree), time)) / run.weight[end:]
     return float(left @ left), degree + 2
 
 
@@ -237,24 +213,19 @@ def stretches(run: Run) -> list[Stretch]:
         if not len(t):  # light gates see no rest
             continue
         t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
-        degree = min(degree, FEW_DEGREE if has_few_rows(run) else max(len(t) // 6, 0))
+        degree = min(degree, FEW_DEGREE if run.few else max(len(t) // 6, 0))
         design = legendre.legvander(t, degree)
         crossed = float(np.ptp(run.travel[part])) > DEGREE * float(
             np.hypot(*run.lock[0])
         )
         # waves finer than the curve
-        if crossed and run.lock.any() and not has_few_rows(run):
+        if crossed and run.lock.any() and not run.few:
             design = np.column_stack([design, run.lock[part]])
-        if run.in_motion and degree and not has_few_rows(run):
+        if run.in_motion and degree and not run.few:
             pulses = wander_of(run, 1.0)[part, 1 + WAVES :]
             design = np.column_stack([design, pulses])
         out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out
-
-
-def has_few_rows(run: Run) -> bool:
-    """Whether a run has so few rows that each is independent."""
-    return len(run.time) < LEAST_SLIDING + LEAST_REST
 
 
 def _sigma(run: Run, noise: Noise) -> np.ndarray:
@@ -406,7 +377,8 @@ def _known(session: Session, model: Model) -> dict[str, float]:
     known = {n: PRIORS[n] for n in PRIORS if n in names}
     if session.runs:
         known["scale"] = float(np.median([r.scale_sd for r in session.runs]))
-        column = float(np.median([r.tilt.grid_deg for r in session.runs]))
+        steps = [max(r.tilt.grid_deg, r.tilt.read_to_deg) for r in session.runs]
+        column = float(np.median(steps))
         step = 0.0 if model.stair_deg else unstated_sd("column-step") * column
         sensor = math.hypot(unstated_sd("tilt-sensor-zero"), step)
         pictured = [r.tilt.zero_sd_deg for r in session.runs if r.tilt.zero_sd_deg]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.rigs.slide.session import ANGLE_MISSING
 from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
@@ -14,10 +15,8 @@ from benchtwin.vision.motion.outliers import single_spikes
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
-TILT_MISSING = (
-    "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide]"
-    " start_deg, with tilt_rate_deg_s where it is raised"
-)
+FRAME_S = 0.01  # of frames of unknown rate: the scale that is fitted then is one of
+# length over time squared
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +25,12 @@ class SeenSlide:
     only angles were read off.
 
     x_mm: place along the plate, either way; sd_mm: stated, NaN where not; tilt_deg: of
-    the plate at the same time, NaN where not seen, None where nobody looked. angles_deg
-    (m,): readings of the angle at which it slid, a run each. description: sections of
-    recording.toml as plain values, `camera.scale_sd` (relative) with what holds where
-    nothing is stated. trouble: why there is nothing, "" when there is."""
+    the plate at the same time, NaN where not seen, None where nobody looked;
+    tilt_sd_deg: of its zero, where a picture shows it; gates: the rows are passages of
+    light gates; unit: of places, "px" where a track without a scale is measured.
+    angles_deg (m,): readings of the angle at which it slid, a run each. description:
+    sections of recording.toml as plain values, `camera.scale_sd` (relative) with what
+    holds where nothing is stated. trouble: why there is nothing, "" when there is."""
 
     recording: str
     session: str
@@ -42,6 +43,9 @@ class SeenSlide:
     description: dict = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     trouble: str = ""
+    tilt_sd_deg: float | None = None
+    gates: bool = False
+    unit: str = "mm"
 
 
 def read_slides(folder: Path | Observed) -> list[SeenSlide]:
@@ -79,22 +83,34 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
             f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs"
             " lengths and times"
         )
-    seen = track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 8
-    stated = recording.slide
-    if not seen and not stated.tilt_rate_deg_s and stated.start_deg is None:
-        raise MeasurementError(f"{recording.toml}: {TILT_MISSING}")
+    return seen_slide(without_strays(track), recording)
+
+
+def without_strays(track: Track) -> Track:
+    """The rows that a fit uses."""
     used = track.used()
-    used = used.marked(single_spikes(used.x)).used()
+    return used.marked(single_spikes(used.x)).used()
+
+
+def seen_slide(track: Track, recording: Recording) -> SeenSlide:
+    """A track as it is; MeasurementError where the plate's angle is unknown."""
+    stated = recording.slide
+    seen = track.tilt_deg is not None and np.isfinite(track.tilt_deg).any()
+    if not seen and not stated.tilt_rate_deg_s and stated.start_deg is None:
+        raise MeasurementError(f"{recording.toml}: {ANGLE_MISSING}")
     return SeenSlide(
         recording.id,
         recording.session or "",
-        used.frame,
-        used.t_s,
-        used.x,
-        used.sd,
-        used.tilt_deg if seen else None,
+        track.frame,
+        track.t_s if track.timed else FRAME_S * track.time,
+        track.x,
+        track.sd,
+        track.tilt_deg if seen else None,
         description=describe(recording),
         notes=(*track.notes, *half_stated(recording)),
+        tilt_sd_deg=track.tilt_sd_deg,
+        gates=recording.evidence == "gates.csv",
+        unit=track.unit,
     )
 
 

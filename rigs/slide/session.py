@@ -13,14 +13,24 @@ from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import on_grid, reading_step
 from benchtwin.bench.robust import difference_noise
 from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, standing_tilt, stated_tilt
+from benchtwin.vision.motion.least_squares import all_stated
+from benchtwin.vision.motion.outliers import rows_at_rest
 
 # how a block moves: it rests until the plate is steep enough; it is in motion at the
 # first row; it is let go or pushed within the recording
 LETS_GO, MOVING, SET_OFF = "lets go", "moving", "set off"
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
-LEAST_TRAVEL_MM = 0.5
+MOST_REST = 80  # of a slide that takes fewer rows
 # rows of sliding in a short record: place, onset, friction, and one more
 LEAST_OF_FEW = 4
+LEAST_TRAVEL = {"mm": 0.5, "px": 2.0}
+SEEN_SDS = 20.0  # of a row, that a block moves at least
+EARLIER = 0.2  # of a slide, by which it may begin before it is seen to
+FARTHER = 1.02  # than the stated way
+ANGLE_MISSING = (
+    "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide]"
+    " start_deg, with tilt_rate_deg_s where it is raised"
+)
 FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is reported
 ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
 ABRAHAM = 9.06  # of √Re in C_d
@@ -35,6 +45,7 @@ WAVES = 8  # of the friction along a slide: Legendre polynomials of degree 1 to 
 # pulses of friction before what was set in motion slides evenly: each rises from one
 # of these times after the first row to the next, and falls to the one behind
 SETTLES_S = (-0.01, 0.0, 0.01, 0.02, 0.035, 0.055, 0.08)
+SLOWED = 0.75  # of its greatest speed, where it has met something
 PUSHED = 0.1  # of its greatest speed, which something else than the plate gave it
 SETTLING_S = 0.015  # in which they fall by e
 ENOUGH = 200  # rows used for the onset
@@ -52,14 +63,18 @@ class AirDrag:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One track, cut to the slide and as long a rest before it."""
+    """One track."""
 
     recording: str
     session: str
     time: np.ndarray  # (n,) [s]
-    travel: np.ndarray  # (n,) [mm] downhill from 0
+    travel: np.ndarray  # (n,) [mm] downhill
+    sign: float  # of downhill, along x
     frame: np.ndarray
+    weight: np.ndarray  # (n,): sd of each row over the usual one
+    gates: bool  # light gates
     rest: int  # rows before the first guess of the onset
+    met: int  # row at which it may meet something
     tilt: Tilt
     mass_g: float  # of the block, NaN unknown
     from_hinge: float  # [m], 0 unknown
@@ -72,6 +87,11 @@ class Run:
     pictured: bool = False  # whether the angle, and its hinge, are from the picture
     # (n, K) [mm]: by one sd of each friction of its own that changes along the slide
     wander: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def few(self) -> bool:
+        """Whether each row errs by itself."""
+        return has_few_rows(self.gates, len(self.time))
 
     @property
     def in_motion(self) -> bool:
@@ -140,7 +160,7 @@ def assemble(recordings) -> Session:
             if len(seen.angles_deg):
                 reads.append(_read(seen))
             else:
-                runs.append(_run(seen))
+                runs.append(_beside_others(run_of(seen), seen.description))
                 begun = float(runs[-1].time[0] - seen.time_s[0])
                 if runs[-1].in_motion and begun > 0:
                     notes.append(
@@ -209,170 +229,170 @@ def _read(seen) -> Read:
     return Read(seen.recording, seen.session, angles, rate_deg_s, mass_g, stated)
 
 
-def _run(seen) -> Run:
-    told = seen.description.get("slide", {})
-    good = np.isfinite(seen.time_s) & np.isfinite(seen.x_mm)
-    time, x, frame = seen.time_s[good], seen.x_mm[good], seen.frame[good]
-    few = len(time) < LEAST_SLIDING + LEAST_REST
-    if len(time) < LEAST_OF_FEW:
+def has_few_rows(gates: bool, count: int) -> bool:
+    """Whether each row of a track errs by itself: light gates, or few rows."""
+    return gates or count < LEAST_SLIDING + LEAST_REST
+
+
+def need_sliding(rows: int, least: int = LEAST_OF_FEW) -> None:
+    """ValueError for too few rows."""
+    if rows < least:
+        raise ValueError(f"{rows} rows of sliding; at least {least} are needed")
+
+
+def run_of(seen) -> Run:
+    """A recording (read.SeenSlide) in full; ValueError says what it lacks."""
+    seen = _with_numbers(seen)
+    need_sliding(len(seen.x_mm))
+    few = has_few_rows(seen.gates, len(seen.x_mm))
+    noise = 0.0 if few else difference_noise(seen.x_mm, 2)
+    moved = float(np.ptp(seen.x_mm))
+    if moved < max(SEEN_SDS * noise, LEAST_TRAVEL[seen.unit]):
         raise ValueError(
-            f"{len(time)} usable rows; a slide needs at least {LEAST_OF_FEW}"
+            f"the block does not slide: it moves {moved:.3g} {seen.unit} in all"
         )
-    edge = max(3, len(x) // 20)
-    way = float(np.median(x[-edge:]) - np.median(x[:edge]))
+    ends = 1 if few else max(3, len(seen.x_mm) // 20)
+    way = np.median(seen.x_mm[-ends:]) - np.median(seen.x_mm[:ends])
     sign = math.copysign(1.0, way)
-    travel = sign * x
-    noise = difference_noise(travel, 2)
-    stands = _stands(seen, good)
-    if stands is not None:
-        return _in_motion(seen, time, sign * x, sign, frame, stands, noise)
-    first, stop = _few_sliding(travel) if few else _sliding(time, travel, noise, told)
-    travel = travel - (travel[0] if few else np.median(travel[: max(first, 3)]))
-    tilt_column = (
-        None if seen.tilt_deg is None else np.asarray(seen.tilt_deg, float)[good]
-    )
-    if tilt_column is not None and np.isfinite(tilt_column[:stop]).sum() >= 8:
-        tilt = seen_tilt(time[:stop], tilt_column[:stop], time[first], time[stop - 1])
-        if not tilt.rate_deg_s > 0:
-            raise ValueError("the plate is lowered while the block slides")
-    elif told.get("tilt_rate_deg_s"):
-        start = told.get("start_deg")
-        sd = (unstated_sd if start is None else stated_sd)("start-angle")
-        tilt = stated_tilt(told["tilt_rate_deg_s"], start or 0.0, sd, time[first])
-    else:
-        raise ValueError(
-            "the plate's angle is unknown: a tilt_deg column or [slide] start_deg, with"
-            " tilt_rate_deg_s where it is raised, is needed"
-        )
-    begin = max(0, first - max(80, stop - first))
-    cut = slice(begin, stop)
-    camera = seen.description["camera"]
+    travel = sign * seen.x_mm
+    first, met = _first_and_met(seen, travel, few)
+    need_sliding(len(travel) - first)
+    tilt = _plate(seen, first, met)
+    told = seen.description
     return Run(
         seen.recording,
         seen.session,
-        time[cut],
-        travel[cut],
-        frame[cut],
-        first - begin,
+        seen.time_s,
+        travel,
+        sign,
+        seen.frame,
+        _weights(seen),
+        seen.gates,
+        first,
+        met,
         tilt,
-        mass_of(seen.description),
-        1e-3 * float(told.get("start_mm", 0.0)),
-        air_drag(seen.description),
-        float(camera["scale_sd"]),
-        sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
+        mass_of(told),
+        1e-3 * (told["slide"].get("start_mm") or 0.0),
+        air_drag(told),
+        float(told["camera"]["scale_sd"]),
+        np.zeros((len(travel), 2)),
+        pictured=seen.tilt_sd_deg is not None,
     )
 
 
-def _stands(seen, good: np.ndarray) -> Tilt | None:
-    """The angle of a plate that stands; None of one that is raised."""
-    time = seen.time_s[good]
-    if seen.tilt_deg is not None:
-        column = np.asarray(seen.tilt_deg, float)[good]
-        tilt = seen_tilt(time, column, time[0], time[-1], steps=False)
-        return None if tilt.rate_deg_s else tilt
-    told = seen.description.get("slide", {})
-    if told.get("tilt_rate_deg_s") or told.get("start_deg") is None:
-        return None
-    return standing_tilt(told["start_deg"], time[0])
+def _with_numbers(seen):
+    """The rows that hold a time and a place."""
+    rows = np.isfinite(seen.time_s) & np.isfinite(seen.x_mm)
+    columns = {n: getattr(seen, n) for n in ("frame", "time_s", "x_mm", "sd_mm")}
+    columns |= {} if seen.tilt_deg is None else {"tilt_deg": seen.tilt_deg}
+    return replace(seen, **{n: column[rows] for n, column in columns.items()})
 
 
-def _in_motion(
-    seen,
-    time: np.ndarray,
-    travel: np.ndarray,
-    sign: float,
-    frame: np.ndarray,
-    tilt: Tilt,
-    noise: float,
-) -> Run:
-    """A run on a plate that stands: from where the block is seen to move on."""
-    first = first_in_motion(travel, noise)
-    first = first if first >= LEAST_REST else 0
-    first = max(first, pushed_until(time, travel, noise))
-    least = LEAST_OF_FEW if len(time) - first < LEAST_SLIDING else LEAST_SLIDING
-    if float(np.ptp(travel)) < max(20 * noise, LEAST_TRAVEL_MM):
-        size = float(np.ptp(travel))
-        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
-    if len(time) - first < least:
-        raise ValueError(
-            f"{len(time) - first} rows of sliding; at least {least} are needed"
-        )
-    time, travel, frame = time[first:], travel[first:], frame[first:]
-    camera = seen.description["camera"]
-    mm_per_px = camera.get("mm_per_px") or 0.0
-    return Run(
-        seen.recording,
-        seen.session,
-        time,
-        travel - travel[0],
-        frame,
-        0,
-        replace(tilt, origin=float(time[0])),
-        mass_of(seen.description),
-        0.0,
-        air_drag(seen.description),
-        float(camera["scale_sd"]),
-        sign * lock(time, sign * travel, 0, mm_per_px),
-        how=MOVING,
+def _first_and_met(seen, travel: np.ndarray, few: bool) -> tuple[int, int]:
+    """The first row in motion, and that at which the block may meet something."""
+    n = len(travel)
+    if few:
+        sd = float(np.median(seen.sd_mm)) if all_stated(seen.sd_mm) else 0.0
+        return min(rows_at_rest(travel, sd), n - 1), n
+    first = min(first_in_motion(travel, difference_noise(travel, 2)), n - 1)
+    return first, _met(seen.time_s, travel, first)
+
+
+def _met(time: np.ndarray, travel: np.ndarray, first: int) -> int:
+    """Row at which a block in motion from row `first` on may meet something: its speed
+    has fallen well below the greatest."""
+    speed, error = _speeds(time, travel, difference_noise(travel, 2))
+    peak = int(np.argmax(speed)) if len(speed) else 0
+    falls = (speed[peak:] < SLOWED * speed[peak : peak + 1] - error).any()
+    enough = peak + 1 >= first + LEAST_SLIDING // 2
+    return peak + 1 if falls and enough else len(travel)
+
+
+def _weights(seen) -> np.ndarray:
+    """(n,) As stated; light gates read times, so the errors of theirs grow with
+    speed."""
+    weights = np.ones(len(seen.x_mm))
+    if all_stated(seen.sd_mm):
+        weights = seen.sd_mm
+    elif seen.gates:
+        least = 1e-3 * np.ptp(seen.x_mm) / np.ptp(seen.time_s)
+        weights = np.maximum(np.abs(np.gradient(seen.x_mm, seen.time_s)), least)
+    return weights / np.median(weights)
+
+
+def _plate(seen, first: int, met: int) -> Tilt:
+    """The plate's angle over a slide between two rows."""
+    time, column, told = seen.time_s, seen.tilt_deg, seen.description["slide"]
+    known = np.zeros(0) if column is None else column[:met][np.isfinite(column[:met])]
+    if len(known) >= LEAST_OF_FEW:
+        tilt = seen_tilt(time[:met], column[:met], time[first], time[met - 1])
+        step = reading_step(known) if np.ptp(known) else 0.0  # one number tells none
+        return replace(tilt, read_to_deg=step, zero_sd_deg=seen.tilt_sd_deg)
+    rate, start = told.get("tilt_rate_deg_s"), told.get("start_deg")
+    if rate:
+        # the clock of light gates starts with the tilting, a film somewhat before it
+        sd = stated_sd("level-plate" if seen.gates else "start-angle")
+        sd = unstated_sd("start-angle") if start is None else sd
+        return stated_tilt(rate, start or 0.0, sd, time[first])
+    if start is None:
+        raise ValueError(ANGLE_MISSING)
+    return standing_tilt(start, time[first])
+
+
+def rows_of(run: Run, rows: np.ndarray) -> Run:
+    """Some rows (n,) of a run."""
+    rest, ended = run.moving.start, run.moving.stop
+    return replace(
+        run,
+        time=run.time[rows],
+        travel=run.travel[rows],
+        frame=run.frame[rows],
+        weight=run.weight[rows],
+        lock=run.lock[rows],
+        rest=int(rows[:rest].sum()),
+        met=int(rows[: run.met].sum()),
+        ended=int(rows[ended:].sum()),
     )
 
 
-def _few_sliding(travel: np.ndarray) -> tuple[int, int]:
-    """First row of the slide and row after the last, of few rows."""
-    size = float(np.ptp(travel))
-    if size < LEAST_TRAVEL_MM:
-        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
-    first = int(np.argmax(travel - travel[0] > 0.01 * size))
-    first = 0 if first < 2 else first
-    if len(travel) - first < LEAST_OF_FEW:
-        raise ValueError(
-            f"{len(travel) - first} rows of sliding; at least {LEAST_OF_FEW} are needed"
-        )
-    return first, len(travel)
+def with_rest(run: Run) -> Run:
+    """A run with as long a rest as its slide takes."""
+    begin = run.rest - max(MOST_REST, run.met - run.rest)
+    return rows_of(run, np.arange(len(run.time)) >= begin)
 
 
-def _sliding(
-    time: np.ndarray, travel: np.ndarray, noise: float, told: dict
-) -> tuple[int, int]:
-    """First row of the slide and row after the last; ValueError where nothing
-    slides."""
-    rest, size = rest_and_size(travel)
-    if size < max(20 * noise, LEAST_TRAVEL_MM):
-        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
-    stop = slide_end(time, travel, noise)
-    if told.get("travel_mm"):
-        beyond = np.flatnonzero(travel - rest > 1.02 * told["travel_mm"])
-        stop = min(stop, int(beyond[0])) if len(beyond) else stop
-    first = first_in_motion(travel[:stop], noise)  # later than the onset by t ~ x^⅓
-    before = time[first - 1] - 0.2 * (time[stop - 1] - time[first - 1])
-    first = max(int(np.searchsorted(time, before)), 0)
-    if first < LEAST_REST:
-        raise ValueError(
-            "the block moves from the first rows on: the onset is not in the recording"
-        )
-    if stop - first < LEAST_SLIDING:
-        raise ValueError(
-            f"{stop - first} rows of sliding; at least {LEAST_SLIDING} are needed: a"
-            " higher frame rate"
-        )
-    return first, stop
-
-
-def rest_and_size(travel: np.ndarray) -> tuple[float, float]:
-    """Place at rest, from the first rows, and how far the block comes from there."""
-    rest = float(np.median(travel[: max(3, len(travel) // 20)]))
-    return rest, float(travel.max() - rest)
-
-
-def slide_end(time: np.ndarray, travel: np.ndarray, noise: float) -> int:
-    """Row at which the block meets something: its speed has fallen well below the
-    greatest."""
-    speed, error = _speeds(time, travel, noise)
-    if not len(speed):
-        return len(travel)
-    peak = int(np.argmax(speed))
-    slower = np.flatnonzero(speed[peak:] < 0.75 * speed[peak] - error)
-    return peak + 1 if len(slower) else len(travel)
+def _beside_others(run: Run, description: dict) -> Run:
+    """A run cut to what a session's slides tell together: on a raised plate until the
+    block meets something, on one that stands from where it is left alone; ValueError
+    says what it lacks."""
+    row = np.arange(len(run.time))
+    if run.tilt.stands:
+        first = run.rest if run.few or run.rest >= LEAST_REST else 0
+        noise = difference_noise(run.travel, 2)
+        first = max(first, pushed_until(run.time, run.travel, noise))
+        run, least = replace(run, how=MOVING, rest=0), LEAST_OF_FEW
+        run = rows_of(run, row >= first)
+        run = replace(run, met=_met(run.time, run.travel, 0))
+    else:
+        if not run.tilt.rate_deg_s > 0:
+            raise ValueError("the plate is lowered while the block slides")
+        if run.rest and not run.few:  # seen later than the onset, by t ~ x^⅓
+            slid = run.time[run.met - 1] - run.time[run.rest - 1]
+            early = run.time[run.rest - 1] - EARLIER * slid
+            run = replace(run, rest=int(np.searchsorted(run.time, early)))
+        if not run.few and run.rest < LEAST_REST:
+            raise ValueError(
+                "the block moves from the first rows on: the onset is not in the"
+                " recording"
+            )
+        far = FARTHER * (description["slide"].get("travel_mm") or math.inf)
+        beyond = run.travel - np.median(run.travel[: max(run.rest, 1)]) > far
+        least = LEAST_OF_FEW if run.few else LEAST_SLIDING
+        kept = (row < run.met) & ~np.logical_or.accumulate(beyond)
+        run = with_rest(rows_of(run, kept))
+    need_sliding(len(run.time) - run.rest, least)
+    pixel_mm = description["camera"].get("mm_per_px") or 0.0
+    return replace(run, lock=lock(run.time, run.travel, run.rest, pixel_mm))
 
 
 def pushed_until(time: np.ndarray, travel: np.ndarray, noise: float) -> int:
@@ -401,7 +421,8 @@ def _speeds(
 
 def first_in_motion(travel: np.ndarray, noise: float) -> int:
     """The first row from which on the block is seen off its place at rest."""
-    rest, size = rest_and_size(travel)
+    rest = float(np.median(travel[: max(3, len(travel) // 20)]))
+    size = float(travel.max() - rest)
     still = np.flatnonzero(travel - rest < max(8 * noise, 2e-3 * size))
     return int(still[-1]) + 1 if len(still) else 0
 

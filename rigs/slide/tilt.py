@@ -30,6 +30,7 @@ class Tilt:
     rate_deg_s: float  # at the onset
     sensor: bool  # whether an angle was recorded
     grid_deg: float = 0.0  # height of steps in the column, 0 for none
+    read_to_deg: float = 0.0  # step of the column's numbers, 0 unknown
     zero_sd_deg: float | None = None  # of the sensor, if not the usual one
 
     @property
@@ -60,16 +61,9 @@ def standing_tilt(angle_deg: float, origin: float) -> Tilt:
     return Tilt(origin, angle, sd, 0.0, 0.0, False)
 
 
-def seen_tilt(
-    time: np.ndarray,
-    column: np.ndarray,
-    origin: float,
-    end: float,
-    *,
-    steps: bool = True,
-) -> Tilt:
+def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
     """A polynomial of degree ≤ 3 through the column's end; of degree 0 where no
-    tilting shows; steps: whether steps are looked for."""
+    tilting shows."""
     used = np.isfinite(column)
     near = used & (time >= end - SLIDES_SEEN * (end - origin))
     rows = near if near.sum() >= 50 else used
@@ -82,7 +76,7 @@ def seen_tilt(
     else:
         gain = 0.0
     ramp = np.degrees(np.polynomial.polynomial.polyval(s, coefficients))
-    stair = _stairs(ramp, np.degrees(y)) if steps else 0.0
+    stair = _stairs(ramp, np.degrees(y))
     if gain > BEND_CHI2 and not stair:
         coefficients, covariance = bent, wide
     spread = _independent(s, y, coefficients)

@@ -183,6 +183,7 @@ def test_what_cannot_be_used_says_why():
         time_s=good.time_s[late],
         x_mm=good.x_mm[late],
         frame=good.frame[late],
+        sd_mm=good.sd_mm[late],
         tilt_deg=good.tilt_deg[late],
     )
     still = replace(good, x_mm=0 * good.x_mm)
@@ -192,6 +193,7 @@ def test_what_cannot_be_used_says_why():
         time_s=good.time_s[:3],
         x_mm=good.x_mm[:3],
         frame=good.frame[:3],
+        sd_mm=good.sd_mm[:3],
         tilt_deg=good.tilt_deg[:3],
     )
     wrongs = (
