@@ -27,6 +27,9 @@ class Pile(Section):
     """Inside diameter and height of a lifted cylinder, in the box's place."""
     plate_mm: TwoLengths | None = None
     """Length and width of the plate."""
+    channel_mm: TwoLengths | None = None
+    """Inside length and width of a channel in whose one end the box stands, its sides
+    the box's and a wall at its far end; in the plate's place."""
     fill_height_mm: Length | None = None
     """How high the seeds were filled in."""
     gate_speed_mm_s: Positive | None = None

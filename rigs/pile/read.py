@@ -59,6 +59,11 @@ def _seen(entry: Recording, observed: Observed) -> list[SeenPile]:
             f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
             " from photos"
         )
+    if entry.pile.channel_mm is not None:
+        raise MeasurementError(
+            f"{entry.path}: a heap in a channel is not diagnosed: its outline is held"
+            " against those of heaps on an open plate, which run out otherwise"
+        )
     try:
         heap = observed.observe(entry).heap
     except OSError as error:

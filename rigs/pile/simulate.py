@@ -11,10 +11,22 @@ from benchtwin.sim.rigs.pile import Pile, run_pile
 from benchtwin.twin.setup import Setup, level_line, of_heaps
 from benchtwin.vision.recording import Recording
 
+MARGIN_MM = 20.0  # of a picture beside a channel
+
 
 def cylinder(recording: Recording) -> Setup | None:
     """The lifted cylinder, where the recording states one."""
     return CYLINDER if recording.pile.cylinder_mm else None
+
+
+def along_channel(recording: Recording, camera: Camera) -> Camera:
+    """A channel is seen from its box to its far end."""
+    if recording.pile.channel_mm is None:
+        return camera
+    length = recording.pile.channel_mm[0]
+    scale = (length + MARGIN_MM) / camera.width_px
+    middle = (length / 2000, 0.0, 0.4e-3 * scale * camera.height_px)
+    return replace(camera, mm_per_px=scale, target_m=middle)
 
 
 def plate_seen(rig: Any, camera: Camera, motion: Motion) -> dict[str, Any]:
@@ -33,6 +45,7 @@ SETUP = of_heaps(
     truth=("repose_angle_deg", "centroid_angle_deg"),
     variant=cylinder,
     told=plate_seen,
+    aimed=along_channel,
     besides=("roi_px", "window_pct"),
 )
 CYLINDER = replace(

@@ -17,12 +17,14 @@ def slice_of(
     """[pile] of the simulations, and a note where it is not the bench's own.
 
     A slice as long as the box between smooth sides takes the place of a pile that is
-    wider or filled higher; a bench that is such a slice itself, or a lifted cylinder,
-    is simulated as it is, as all are without a width."""
+    wider or filled higher; a bench that is such a slice itself, a lifted cylinder, or a
+    channel, whose walls hold seeds back, is simulated as it is, as all are without a
+    width."""
     filled = stated.get("fill_height_mm", HIGH_MM)
     low = "fill_height_mm" in stated and filled <= fill_mm
     small = stated.get("slab") and low
-    if width_mm is None or stated.get("cylinder_mm") or small:
+    as_it_is = small or stated.get("cylinder_mm") or stated.get("channel_mm")
+    if width_mm is None or as_it_is:
         return dict(stated), ()
     length, _, height = stated.get("box_mm", BOX_MM)
     fill = min(fill_mm, filled)
@@ -43,11 +45,12 @@ def slice_of(
 
 
 def whole_plate(pile: dict) -> dict:
-    """A camera that sees all of the plate beside the box, and some of what stands above
-    it; the rig's own for a cylinder."""
-    if pile.get("cylinder_mm") or "plate_mm" not in pile:
+    """A camera that sees all of the plate beside the box, or of the channel, and some
+    of what stands above it; the rig's own for a cylinder."""
+    floor = pile.get("channel_mm") or pile.get("plate_mm")
+    if pile.get("cylinder_mm") or floor is None:
         return {}
-    plate = float(pile["plate_mm"][0])
+    plate = float(floor[0])
     return {
         "width_px": WIDTH_PX,
         "height_px": WIDTH_PX // 2,

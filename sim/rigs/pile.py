@@ -30,7 +30,10 @@ class Pile:
     from when the gate begins to move; None: when all seeds lie still
     (`engine.FLOWN_S`). side_walls_in_view: whether the box's front and back (y) sides
     stand in the camera's way, or are of glass. slab: sides without friction all along a
-    plate as narrow as the box, a slice out of a pile that is very wide."""
+    plate as narrow as the box, a slice out of a pile that is very wide. channel_m:
+    inside length and width of a channel in whose one end the box is: its floor is the
+    plate, its walls, with friction, are the box's sides, and a wall closes its far end;
+    None: the plate is open all round."""
 
     box_m: tuple[float, float, float] = (0.105, 0.105, 0.200)
     gate_m: tuple[float, float] = (0.100, 0.200)
@@ -40,8 +43,11 @@ class Pile:
     photo_s: float | None = None
     side_walls_in_view: bool = False
     slab: bool = False
+    channel_m: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if self.channel_m is not None:
+            self._in_channel(self.channel_m)
         sizes = (*self.box_m, *self.gate_m, *self.plate_m, self.fill_height_m)
         if not all(v > 0 for v in (*sizes, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
@@ -67,6 +73,16 @@ class Pile:
                 f"plate_m = {self.plate_m}: the box ({self.box_m[0]:g} ×"
                 f" {self.box_m[1]:g} m) must stand on it"
             )
+
+    def _in_channel(self, channel: tuple[float, float]) -> None:
+        """The channel's floor in the plate's place, its width in the box's and the
+        gate's."""
+        if self.slab:
+            raise ValueError("channel_m and slab: walls with friction, or without?")
+        width = channel[1]
+        object.__setattr__(self, "plate_m", channel)
+        object.__setattr__(self, "box_m", (self.box_m[0], width, self.box_m[2]))
+        object.__setattr__(self, "gate_m", (width, self.gate_m[1]))
 
 
 def run_pile(
@@ -126,7 +142,8 @@ def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
     x, width, z = rig.box_m
     high, y = max(tall, z), width / 2
     deep = y if rig.slab else rig.plate_m[1] / 2
-    side, along = (GLASS, rig.plate_m[0]) if rig.slab else (bench.wall, x)
+    side = GLASS if rig.slab else bench.wall
+    along = rig.plate_m[0] if rig.slab or rig.channel_m else x
     gap = 0.0 if rig.slab else (width - rig.gate_m[0]) / 2
     up = (0.0, 0.0, high)
     made: list[Wall] = [
@@ -145,6 +162,9 @@ def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
             (Slide(lift, (0, 0, 1)),),
         ),
     ]
+    if rig.channel_m:
+        end = (rig.plate_m[0], -y, 0)
+        made.append(Rectangle("end", bench.wall, end, (0, width, 0), up))
     if gap > 0:
         made += [
             Rectangle("near post", bench.wall, (x, -y, 0), (0, gap, 0), up),
@@ -162,6 +182,9 @@ def _parts(rig: Pile):
         slab("plate", (-t, -deep, -2 * t), (rig.plate_m[0], deep, 0.0)),
         slab("back", (-t, -y - t, 0.0), (0.0, y + t, z)),
     ]
+    if rig.channel_m:
+        end = rig.plate_m[0]
+        parts.append(slab("end", (end, -y - t, -2 * t), (end + t, y + t, z)))
     if rig.side_walls_in_view:
         parts += [
             slab("near side", (0, -y - t, 0), (x, -y, z)),

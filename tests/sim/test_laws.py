@@ -325,6 +325,34 @@ def test_film_adhesion_costs_pull_times_rupture_and_holds_slow_seeds():
     assert law.reach(3e-3, 1e8, pull, rupture) == rupture
 
 
+def test_a_liquid_bridge_pulls_as_its_closed_form_and_takes_its_work():
+    """Touching equal balls: 2π R γ cos θ (Israelachvili); a ball on a plate: twice as
+    much; what it takes of an impact is the integral of its pull over the gap."""
+    law, ball, tension, volume = LAWS["liquid_bridge"], 4e-3, 0.072, 1e-10
+    between, on_plate = (
+        -law.function(0.0, 0.0, r, 1e8, tension, 30.0, volume) for r in (ball / 2, ball)
+    )
+    whole = 2 * math.pi * ball * tension * math.cos(math.radians(30))
+    assert between == pytest.approx(whole) and on_plate == pytest.approx(2 * whole)
+    end = law.reach(ball / 2, 1e8, tension, 30.0, volume)
+    assert end == pytest.approx((1 + math.radians(30) / 2) * volume ** (1 / 3))
+    assert law.function(-1.001 * end, 0.0, ball / 2, 1e8, tension, 30.0, volume) == 0.0
+    gaps = np.linspace(0.0, end, 20001)
+    scaled = gaps * math.sqrt(ball / volume)
+    work = np.trapezoid(whole / (1 + 1.05 * scaled + 2.5 * scaled**2), gaps)
+    mass, speed, own = 2.3e-4, 0.2, (tension, 30.0, volume)
+    half = solve_ivp(
+        lambda t, s: [s[1], law.function(-s[0], 0.0, ball / 2, 1e8, *own) / mass],
+        (0, 4 * end / speed),
+        [0.0, speed],
+        rtol=1e-9,
+        atol=1e-14,
+        max_step=end / speed / 2000,
+    )
+    left = math.sqrt(speed**2 - 2 * work / mass)
+    assert half.y[1, -1] == pytest.approx(left, rel=1e-4)
+
+
 def test_jkr_agrees_with_its_parametric_form_and_its_landmarks():
     law, r, e, w = LAWS["cohesion_jkr"], 3e-3, 5e6, 0.2
 

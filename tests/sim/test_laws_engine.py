@@ -27,6 +27,7 @@ OFF = {
     "restitution_plastic": {"yield_speed": 1e3},
     "restitution_film": {"film_speed": 0.0},
     "film_adhesion": {"pull": 0.0, "rupture": 0.0},
+    "liquid_bridge": {"volume": 0.0},
     "cohesion_jkr": {"work": 0.0},
     "friction_kinetic": {"drop": 0.0},
     "friction_stribeck": {"drop": 0.0, "stribeck_speed": 1.0},

@@ -97,6 +97,8 @@ def rig_options(recording: Recording, options: PileOptions) -> PileOptions:
     pile = recording.pile
     if pile.cylinder_mm is not None:
         return replace(options, form=CONE)
+    if pile.channel_mm is not None:  # filmed from either side
+        return replace(options, form=SLAB)
     if pile.box_mm is not None:  # the gate's side; the other flank leans on the box
         return replace(options, side=options.side or "right", form=SLAB)
     return options

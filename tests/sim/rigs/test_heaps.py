@@ -252,3 +252,43 @@ def test_a_poured_bed_sinks_where_its_rolling_friction_creeps():
     waits = POURED, QUIET
     at_once, later = (bed("type_a", 0.18, until) for until in waits)
     assert later[1] < at_once[1] - 0.1
+
+
+CHANNEL = Pile(
+    box_m=(0.06, 0.5, 0.2),
+    fill_height_m=0.03,
+    gate_speed_m_s=0.3,
+    channel_m=(0.1, 0.02),
+)
+
+
+def test_a_channel_keeps_every_seed_between_its_walls_and_its_end():
+    """As long as the heap would run, its end holds seeds back; the box and the gate are
+    as wide as the channel, whatever is stated of them."""
+    heap = run_pile(CHANNEL, BENCH, np.random.default_rng(1))
+    x, y, _ = heap.positions_m[-1].T
+    assert np.isfinite(x).all() and heap.truth["retained_seeds"] == len(x)
+    assert x.min() > 0.0 and 0.09 < x.max() < 0.1 and np.abs(y).max() < 0.01
+    assert CHANNEL.box_m[1] == CHANNEL.gate_m[0] == CHANNEL.plate_m[1] == 0.02
+
+
+def test_walls_of_a_channel_are_of_the_plates_material_and_as_long_as_it():
+    """So that seeds rub on them, where a slab's sides are smooth."""
+    vessel = pile.vessel(CHANNEL, BENCH)
+    walls = {w.name: w for w in vessel.walls(0.0, vessel.lift(0.0))}
+    for name in ("near side", "far side", "end"):
+        assert walls[name].material == BENCH.wall
+    assert walls["near side"].a[0] == CHANNEL.plate_m[0] == walls["end"].corner[0]
+    assert not vessel.contacts and pile.vessel(SMALL, BENCH).contacts
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"slab": True}, "with friction, or without"),
+        ({"channel_m": (0.05, 0.02)}, "stand"),
+    ],
+)
+def test_a_channel_that_cannot_be_is_refused(wrong, says):
+    with pytest.raises(ValueError, match=says):
+        replace(CHANNEL, **wrong)
