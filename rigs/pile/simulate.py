@@ -4,14 +4,13 @@ cylinder."""
 from dataclasses import replace
 from typing import Any
 
+from benchtwin.rigs.pile.tells import whole_plate
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera
 from benchtwin.sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from benchtwin.sim.rigs.pile import Pile, run_pile
 from benchtwin.twin.setup import Setup, level_line, of_heaps
 from benchtwin.vision.recording import Recording
-
-MARGIN_MM = 20.0  # of a picture beside a channel
 
 
 def cylinder(recording: Recording) -> Setup | None:
@@ -23,10 +22,20 @@ def along_channel(recording: Recording, camera: Camera) -> Camera:
     """A channel is seen from its box to its far end."""
     if recording.pile.channel_mm is None:
         return camera
-    length = recording.pile.channel_mm[0]
-    scale = (length + MARGIN_MM) / camera.width_px
-    middle = (length / 2000, 0.0, 0.4e-3 * scale * camera.height_px)
-    return replace(camera, mm_per_px=scale, target_m=middle)
+    seen = whole_plate({"channel_mm": recording.pile.channel_mm})
+    x, y, z = (1e-3 * v for v in seen.pop("target_mm"))
+    return replace(camera, target_m=(x, y, z), **seen)
+
+
+def in_channel(recording: Recording, given: dict[str, Any]) -> dict[str, Any]:
+    """A channel's floor is the plate, and box and gate are as wide as it, where nothing
+    is stated of them."""
+    if recording.pile.channel_mm is None:
+        return given
+    width = given["channel_m"][1]
+    (length, _, box_high), (_, gate_high) = Pile.box_m, Pile.gate_m
+    usual = {"box_m": (length, width, box_high), "gate_m": (width, gate_high)}
+    return {"plate_m": given["channel_m"], **usual, **given}
 
 
 def plate_seen(rig: Any, camera: Camera, motion: Motion) -> dict[str, Any]:
@@ -46,6 +55,7 @@ SETUP = of_heaps(
     variant=cylinder,
     told=plate_seen,
     aimed=along_channel,
+    fitting=in_channel,
     besides=("roi_px", "window_pct"),
 )
 CYLINDER = replace(

@@ -16,8 +16,9 @@ def liquid_bridge(
     unused; radius R* [m], half a ball's between equal balls (source 1 has R = 2 R*);
     surface_tension γ [N/m]; angle_deg θ of contact; volume V [m3] of each neck, alike
     for all. The bridge forms at first touch and its liquid stays. Static: viscosity
-    left out (capillary number below 0.01); valid for V ≤ 0.01 R³ (a few % of the
-    strongest pull) and θ ≤ 50°.
+    left out (capillary number below 0.01); not for large bridges (V above some
+    0.001 R³), whose pull in touch is less than this, nor for θ above 50°. Source 1
+    writes half the gap: 2.1 and 10 in the place of 1.05 and 2.5.
 
     Sources: 1. Willett, Adams, Johnson, Seville (2000), Langmuir 16, 9396–9405, Eq. 12.
     2. Lian, Thornton, Adams (1993), J. Colloid Interface Sci. 161, 138–147.

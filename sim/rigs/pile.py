@@ -47,7 +47,7 @@ class Pile:
 
     def __post_init__(self) -> None:
         if self.channel_m is not None:
-            self._in_channel(self.channel_m)
+            self._check_channel(self.channel_m)
         sizes = (*self.box_m, *self.gate_m, *self.plate_m, self.fill_height_m)
         if not all(v > 0 for v in (*sizes, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
@@ -74,15 +74,17 @@ class Pile:
                 f" {self.box_m[1]:g} m) must stand on it"
             )
 
-    def _in_channel(self, channel: tuple[float, float]) -> None:
-        """The channel's floor in the plate's place, its width in the box's and the
-        gate's."""
+    def _check_channel(self, channel: tuple[float, float]) -> None:
         if self.slab:
-            raise ValueError("channel_m and slab: walls with friction, or without?")
-        width = channel[1]
-        object.__setattr__(self, "plate_m", channel)
-        object.__setattr__(self, "box_m", (self.box_m[0], width, self.box_m[2]))
-        object.__setattr__(self, "gate_m", (width, self.gate_m[1]))
+            raise ValueError(
+                "channel_m and slab: the walls of a channel rub, the sides of a slab do"
+                " not"
+            )
+        if self.plate_m != channel or self.box_m[1] != channel[1]:
+            raise ValueError(
+                f"channel_m = {channel}: plate_m = {self.plate_m} must be its floor,"
+                f" and the box ({self.box_m[1]:g} m wide) as wide as it"
+            )
 
 
 def run_pile(

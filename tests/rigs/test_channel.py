@@ -21,6 +21,19 @@ def test_all_of_a_channel_is_in_its_picture():
     assert rig_of(recording).plate_m == (0.4, 0.025)
 
 
+def test_what_is_not_stated_beside_a_channel_is_as_wide_as_it():
+    rig = rig_of(like("pile", {"pile": {"channel_mm": [400.0, 25.0]}}))
+    assert rig.box_m[1] == rig.gate_m[0] == rig.plate_m[1] == 0.025
+
+
+@pytest.mark.parametrize(
+    "stated", [{"plate_mm": [300.0, 25.0]}, {"box_mm": [60.0, 40.0, 100.0]}]
+)
+def test_what_is_stated_against_a_channel_is_refused(stated):
+    with pytest.raises(ValueError, match="channel_m"):
+        rig_of(like("pile", {"pile": CHANNEL | stated}))
+
+
 def test_a_channel_is_calibrated_as_it_is_and_other_boxes_by_a_slice():
     told, notes = slice_of(CHANNEL, 30.0, 60.0)
     assert told == CHANNEL and not notes
