@@ -12,7 +12,7 @@ import numpy as np
 from benchtwin.infer.condition_table import Numbers, condition_table
 from benchtwin.infer.conditions import Contact, conditions_of
 
-CONTACT = Contact("restitution", "e", 0.1, 1.0, "impact")
+CONTACT = Contact("restitution", "e", 1.0, "impact")
 PLATES = ("steel", "glass", "rubber")
 LEAST_SNR, MOST_SNR = 7.0, 20.0
 Shape = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]  # of u, plate, order

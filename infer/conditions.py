@@ -12,6 +12,7 @@ from benchtwin.infer.problem import Problem
 
 CONFOUNDED_CORRELATION = 0.98  # from which two conditions cannot be told apart
 MOST_LEVELS = 6
+TIMES_SD = 10.0  # prior of how many times a shift that was found is there: near 1
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,6 @@ class Contact:
 
     name: str  # as reported
     column: str  # its global
-    prior_sd: float  # of its change by a condition, in the global's unit
     scale: float  # from the global's unit to the reported one
     sector: str
 
@@ -154,7 +154,7 @@ def with_follows(
     return replace(
         problem,
         names=(*problem.names, *shifts),
-        known_sd=problem.known_sd | dict.fromkeys(shifts, contact.prior_sd),
+        known_sd=problem.known_sd | dict.fromkeys(shifts, TIMES_SD),
         with_effect=with_effect,
         reduce=reduce,
         fast_chi2=None,

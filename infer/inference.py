@@ -33,6 +33,7 @@ from benchtwin.infer.verdict import (
 from benchtwin.infer.with_conditions import (
     far_off,
     sets_with_followed,
+    sized,
     with_conditions,
     with_followed,
 )
@@ -134,6 +135,7 @@ def _inferred(task: DiagnosisTask, rng: np.random.Generator) -> Inferred:
     posterior = weighed_with_noise(
         explain(alternatives, task.windows, bases), rng, 1 if table.p is None else 2
     )
+    table = sized(table, posterior)
     verdict, base = verdict_of(posterior), posterior.base
     bare = replace(base, fit=fits[base.alternative])
     chosen = _chosen(posterior, verdict)

@@ -214,7 +214,7 @@ def size_is_told(posterior: Posterior, name: str) -> bool:
     parts: list[Callable] = [partial(estimate, name=name)]
     if (count := len(problem.columns_of(name))) > 1:
         parts += [partial(_linear_combination, name=name, of=k) for k in np.eye(count)]
-    sizes = [_averaged(holding, part) for part in parts]
+    sizes = [averaged(holding, part) for part in parts]
     return any(size.low95 > 0 or size.high95 < 0 for size in sizes)
 
 
@@ -231,14 +231,17 @@ def mixture_interval(
     if not low < high:  # all of it lies beyond one end
         return Interval(float(low), float(low), float(low))
 
-    def below(x: float, share: float) -> float:
-        return float(weight @ each.cdf(x)) - share
+    def end(share: float) -> float:
+        def more(x: float) -> float:
+            return float(weight @ each.cdf(x)) - share
 
-    ends = [
-        brentq(below, low, high, args=(share,), xtol=1e-15 * (high - low))
-        for share in ENDS
-    ]
-    return Interval(float(weight @ each.mean()), *ends)
+        own = each.ppf(share)  # the parts', between which the mixture's lies
+        least, most = float(own.min()), float(own.max())
+        if more(least) >= 0 or more(most) <= 0:  # but for rounding
+            return least if more(least) >= 0 else most
+        return float(brentq(more, least, most, xtol=1e-15 * (high - low)))
+
+    return Interval(float(weight @ each.mean()), *map(end, ENDS))
 
 
 def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
@@ -256,7 +259,7 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
     effect = holding[0].fit.problem.effects[name]
 
     def shown(of: Callable, within: tuple[float, float]) -> Interval:
-        size, show = _averaged(holding, of, within), effect.reported or float
+        size, show = averaged(holding, of, within), effect.reported or float
         return Interval(
             show(size.value), *sorted((show(size.low95), show(size.high95)))
         )
@@ -267,7 +270,7 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
     return EffectEstimate(present, effect.unit, size)
 
 
-def _averaged(
+def averaged(
     holding: list[Explanation],
     of: Callable[[Explanation], tuple[float, float]],
     within: tuple[float, float] = EVERYWHERE,

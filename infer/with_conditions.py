@@ -4,14 +4,21 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from scipy import stats
 
 from benchtwin.infer.condition_table import condition_table, numbers_of
 from benchtwin.infer.conditions import Contact, with_follows
-from benchtwin.infer.explanation import Alternative
-from benchtwin.infer.follow import ConditionTable
+from benchtwin.infer.explanation import Alternative, Explanation, Posterior
+from benchtwin.infer.follow import ConditionTable, Follow
 from benchtwin.infer.problem import Fit, fit, ln_evidence, refined
 from benchtwin.infer.task import DiagnosisTask
-from benchtwin.infer.verdict import NAME_PROBABILITY, Verdict
+from benchtwin.infer.verdict import (
+    ENDS,
+    NAME_PROBABILITY,
+    Interval,
+    Verdict,
+    averaged,
+)
 
 
 def with_conditions(
@@ -48,6 +55,32 @@ def _following(of: Fit, contact: Contact, table: ConditionTable) -> Fit:
     problem = with_follows(of.problem, contact, shifts)
     values = np.append(of.values, np.ones(len(shifts)))
     return fit(problem, start=replace(of, problem=problem, values=values, cache={}))
+
+
+def sized(table: ConditionTable, posterior: Posterior) -> ConditionTable:
+    """The table with its sizes averaged over the explanations: in each, what is
+    followed is there as many times as its fit has it."""
+    return replace(table, found=tuple(_sized(f, posterior) for f in table.found))
+
+
+def _sized(f: Follow, posterior: Posterior) -> Follow:
+    def times(size: Interval) -> Interval:
+        sd = (size.high95 - size.low95) / 2 / stats.norm.ppf(ENDS[1])
+
+        def there(e: Explanation) -> tuple[float, float]:
+            many = e.fit.by_name[f.name]
+            return many * size.value, abs(many) * sd
+
+        return averaged(list(posterior.explanations), there)
+
+    mean = times(Interval(1.0, 1.0, 1.0)).value
+    return replace(
+        f,
+        slope=f.slope if f.levels else times(f.slope),
+        curve=tuple(replace(p, size=times(p.size)) for p in f.curve),
+        seen={r: (mean * value, mean * sd) for r, (value, sd) in f.seen.items()},
+        left_out={r: mean * value for r, value in f.left_out.items()},
+    )
 
 
 def with_followed(of_motions: Verdict, table: ConditionTable) -> Verdict:

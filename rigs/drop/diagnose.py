@@ -42,7 +42,7 @@ from benchtwin.rigs.drop.nuisances import HEIGHT
 from benchtwin.rigs.drop.track_noise import UNSEEN_M
 from benchtwin.rigs.drop.unlisted import law_of, windows_of
 
-RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
+RESTITUTION = Contact("restitution", "e", 1.0, "impact")
 # what is unlisted, of another size in each flight
 PUSHED = f"{UNSHAPED} flight: another push in each"
 FEW = "too few impacts were seen to tell an effect from their scatter"

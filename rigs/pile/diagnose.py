@@ -27,7 +27,7 @@ SAME = (
     " its angle; no photo tells them apart"
 )
 AGAIN = "the same heap again, and a heap with two flanks"
-REPOSE = Contact("repose_angle_deg", "repose", 5.0, 1.0, "middle")
+REPOSE = Contact("repose_angle_deg", "repose", 1.0, "middle")
 WIDTH = 0.2  # of a window, over the flank's way
 BREAKS = (
     0.35,

@@ -53,7 +53,7 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     conditions, said = conditions_of(
         problem.recordings, [r.description for r in about], [r.session for r in about]
     )
-    friction = Contact("rolling_friction", "mu", 0.3, base.problem.model.mu, "run-out")
+    friction = Contact("rolling_friction", "mu", base.problem.model.mu, "run-out")
     one_way = len({run.sign for run in runs}) < 2
 
     def advice(names: tuple[str, ...]) -> str | None:
@@ -167,7 +167,7 @@ def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
         [one.description for one in rulers],
         [one.session for one in rulers],
     )
-    friction = Contact("rolling_friction", "mu", 0.3, problem.model.mu, "run-out")
+    friction = Contact("rolling_friction", "mu", problem.model.mu, "run-out")
     if not problem.effects and not conditions:
         raise ValueError(
             "run-outs alone tell nothing of what is missing;"

@@ -21,7 +21,7 @@ from benchtwin.infer.explanation import (
 from benchtwin.infer.finding import Curve, Finding
 from benchtwin.infer.inference import finding_of
 from benchtwin.infer.posterior import LISTED_ODDS
-from benchtwin.infer.problem import Fit, Problem
+from benchtwin.infer.problem import Fit, Problem, fit, ln_evidence
 from benchtwin.infer.task import DiagnosisTask
 from benchtwin.rigs.slide.effects import EFFECTS
 from benchtwin.rigs.slide.effects.load_and_plate import SHAKEN, STEPPED
@@ -55,8 +55,8 @@ FIXED_PLATE_NOTE = (
     "the block moves as on a fixed plate under a rotating gravity vector, as some"
     " simulations do"
 )
-FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset")
-SLIDING = Contact("kinetic_friction", "friction", 0.05, 1.0, "sliding")
+FRICTION = Contact("static_friction", "friction", 1.0, "onset")
+SLIDING = Contact("kinetic_friction", "friction", 1.0, "sliding")
 
 
 def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
@@ -165,13 +165,19 @@ def stairs_of(session: Session) -> tuple[float, ...]:
 
 
 def _scattering(prepared: Prepared, model: Model) -> Problem:
-    """With the scatter of friction along each slide that the model leaves: beside the
-    scatter that another leaves, what it gets right would be nothing."""
+    """With the scatter of friction along each slide that the model leaves, where that
+    is likelier than none: beside the scatter that another leaves, what it gets right
+    would be nothing."""
     problem = with_starts(prepared, model)
     if not prepared.session.runs:
         return problem
     scattered = with_scatter(prepared, problem)
-    return problem if scattered is prepared else with_starts(scattered, model)
+    if scattered is prepared:
+        return problem
+    other = with_starts(scattered, model)
+    if not lets_go(prepared.session):  # what slides to rest always differs along it
+        return other
+    return max(other, problem, key=lambda p: ln_evidence(fit(p)))
 
 
 def contact_of(session: Session) -> Contact:

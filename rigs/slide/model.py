@@ -14,9 +14,11 @@ Parameters of a run's own, by name:
     hinge          error of its place in a picture that was turned with the plate
                    [mm per rad]
 
-That a run's friction is near the pair's is one more row. Behind these, where slides
-show it [sd]: how friction differs along each (`Run.wander`), and among the globals what
-of that all have (SHAPES). A reading is a recording with idle parameters."""
+That a run's friction is near the pair's is one more row, as the tangent of the angle at
+which it lets go has it: friction times the load over that by the weight alone, so that
+no pull to the plate makes frictions alike. Behind these, where slides show it [sd]: how
+friction differs along each (`Run.wander`), and among the globals what of that all have
+(SHAPES). A reading is a recording with idle parameters."""
 
 import math
 from dataclasses import dataclass, field
@@ -128,8 +130,9 @@ def tilt_of(
 
 def run_motion(
     model: Model, r: int, own: np.ndarray, values: dict[str, float]
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """True travel [m], speed [m/s] and friction of run r, before the picture."""
+) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """True travel [m], speed [m/s] and friction of run r, before the picture, and its
+    load where it lets go, over that by its weight alone."""
     key = (
         r,
         *own[ACTING].tolist(),
@@ -143,28 +146,31 @@ def run_motion(
         tables = tables_of(model, run, values)
         if run.in_motion:
             onset = p["onset"] if run.how == SET_OFF else float(time[0])
+            load = 1.0
             friction = model.friction + p["own friction"]
             laws = laws_of(model, run, 0.0, values)._replace(friction=friction)
             way, speed = travel(time, onset, c, laws, p["speed"], run.rests, tables)
         else:
             laws = laws_of(model, run, p["phase"], values)
             friction = friction_at(p["onset"], c, laws, tables)
+            angle = float(np.polynomial.polynomial.polyval(p["onset"], c))
+            load = 1 + laws.press / (G_M_S2 * math.cos(angle))
             laws = laws._replace(friction=friction)
             way, speed = travel(time, p["onset"], c, laws, tables=tables)
-        model.seen[key] = way, speed, friction
+        model.seen[key] = way, speed, friction, load
     return model.seen[key]
 
 
 def predict(
     model: Model, r: int, own: np.ndarray, values: dict[str, float]
 ) -> np.ndarray:
-    """Travel in the picture (n,) [mm] and friction less the pair's, or angles (m,)
-    [deg]."""
+    """Travel in the picture (n,) [mm] and friction less the pair's times load, or
+    angles (m,) [deg]."""
     count = len(model.session.runs)
     if r >= count:
         return angles(model, model.session.reads[r - count], values)
     run, p = model.session.runs[r], of_own(own)
-    way, _, friction = run_motion(model, r, own, values)
+    way, _, friction, load = run_motion(model, r, own, values)
     x = 1e3 * way
     reach = max(float(np.ptp(run.travel)) / 2, 1.0)
     off = x - reach
@@ -182,7 +188,8 @@ def predict(
     if len(own) > len(OWN):
         shared = [values.get(n, 0.0) for n in SHAPES]
         seen = seen + run.wander @ (own[len(OWN) :] + shared)
-    return np.append(seen, friction - model.friction - values.get("friction", 0.0))
+    off = friction - model.friction - values.get("friction", 0.0)
+    return np.append(seen, off * load)
 
 
 def angles(model: Model, read: Read, values: dict[str, float]) -> np.ndarray:

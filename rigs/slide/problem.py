@@ -255,7 +255,8 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     starts = np.column_stack([starts, np.zeros((len(starts), count))])
     own = Locals(starts * (sds == FLAT), steps, sds)
     known = _known(session, model) | dict(zip(SHAPES, prepared.shared))
-    sizes = {n: 0.01 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
+    # a step of 1e-3 in friction, in which all is linear
+    sizes = {n: 100.0 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
     sizes |= {n: 1.0 for n in SHAPES if n in known}
     problem = series_problem(
         "slide",
@@ -436,7 +437,7 @@ def _known_slopes(run: Run, phased: bool) -> dict[int | str, np.ndarray]:
     wander = np.vstack([run.wander, np.zeros(run.wander.shape[1])]).T
     out |= {len(OWN) + k: column for k, column in enumerate(wander)}
     out |= dict(zip(SHAPES, wander))
-    return out | {"friction": np.append(np.zeros(n), -1.0)}
+    return out
 
 
 def _reading(read: Read, prepared: Prepared, stair_deg: float) -> Series:

@@ -54,7 +54,7 @@ def _of_onset(model: Model, r: int, sigma: np.ndarray, jump: bool, free: bool) -
 
     def tried(onset: float, lag: float = 0.0) -> tuple[float, Start]:
         own = own_of({"onset": onset, "phase": lag})
-        way, _, friction = run_motion(model, r, own, {})
+        way, _, friction, _ = run_motion(model, r, own, {})
         columns = [np.ones(len(time))]
         columns += [1e3 * way] if free else []
         columns += [np.clip(time - onset, 0, None) ** 2] if jump else []

@@ -50,8 +50,8 @@ def _axes(fit: Fit) -> tuple[dict[str, list[np.ndarray]], list[np.ndarray]]:
     ]
     axes = {
         "t_s": [np.clip(s, 0, None) for s in since],
-        "x_mm": [1e3 * x for x, _, _ in flown],
-        "v_m_s": [np.abs(v) for _, v, _ in flown],
+        "x_mm": [1e3 * x for x, *_ in flown],
+        "v_m_s": [np.abs(v) for _, v, *_ in flown],
     }
     return axes, since
 

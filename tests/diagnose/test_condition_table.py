@@ -15,7 +15,7 @@ from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.problem import Fit, Problem
 
-CONTACT = Contact("restitution", "e", 0.1, 1.0, "impact")
+CONTACT = Contact("restitution", "e", 1.0, "impact")
 PLATES = ("steel", "glass", "rubber")
 SD = 0.01
 

@@ -28,6 +28,16 @@ def test_clean_slides_raise_no_alarm_and_their_chi2_is_right():
     )  # about 1,000 rows of correlated noise
 
 
+def test_frictions_that_differ_are_no_pull_to_the_plate():
+    """Ten times the usual scatter from slide to slide: a pull lowers all frictions, and
+    with them what they differ by, which is no evidence of it."""
+    seen = slides(replace(LIGHT, mu_sd=0.03), 5, np.random.default_rng(6))
+    base = fit(alternatives(prepare(assemble(seen)), None)[0].problem)
+    pulled = fit(base.problem, free=("adhesion",), start=base)
+    assert base.chi2 - pulled.chi2 < 6.6  # 1 % of clean ones
+    assert abs(pulled.by_name["adhesion"]) < 3 * pulled.sd("adhesion")
+
+
 def test_slow_noise_is_estimated_from_the_rest():
     """Beside a short slide's curve a correlation of a third of it is not seen: its
     power was told to be a quarter, ± 15 %."""
