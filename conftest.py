@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# a tenth of compiling is colouring messages of overloads that do not fit
+os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 # what a test starts runs this checkout, wherever benchtwin is installed from
 os.environ["PYTHONPATH"] = str(Path(__file__).parent)
 

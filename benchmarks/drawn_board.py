@@ -10,6 +10,7 @@ half covered."""
 import argparse
 import time
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -78,13 +79,18 @@ def _place(shot: Shot) -> np.ndarray:
     return shot.distance_mm * np.array([*offset, 1.0])
 
 
+@lru_cache
+def page_of(sheet: str) -> np.ndarray:
+    """The page (n, m) in grey, at a quarter of its resolution."""
+    whole = np.asarray(draw_page(SHEETS[sheet]).convert("L"), np.float32)
+    return cv2.resize(whole, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+
+
 def draw(shot: Shot, rng: np.random.Generator) -> np.ndarray:
     """The picture, uint8 RGB."""
     width, height = shot.size_px
     sheet = SHEETS[shot.sheet]
-    whole = np.asarray(draw_page(sheet).convert("L"), np.float32)
-    page = cv2.resize(whole, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
-    fine = PX_PER_MM / 4
+    page, fine = page_of(shot.sheet), PX_PER_MM / 4
     axes, place = turned(shot), _place(shot)
     across = (np.arange(width * FINE) + 0.5) / FINE - 0.5
     downward = (np.arange(height * FINE) + 0.5) / FINE - 0.5
@@ -92,13 +98,13 @@ def draw(shot: Shot, rng: np.random.Generator) -> np.ndarray:
     half = np.hypot(width, height) / 2
     u, v = x / half, y / half
     straight = np.ones_like(u)
-    for _ in range(6):
+    for _ in range(6 if shot.distortion else 0):
         straight = 1 + shot.distortion * (u * u + v * v) / straight**2
     rays = np.stack([x / straight, y / straight, np.full_like(x, _focal_px(shot))])
     along = np.tensordot(axes.T, rays, 1)
     origin = axes.T @ place
     hit_z = np.zeros_like(x)
-    for _ in range(4):
+    for _ in range(4 if shot.bend_mm else 1):
         scale = (origin[2] + hit_z) / along[2]
         bx, by = along[0] * scale - origin[0], along[1] * scale - origin[1]
         wide = sheet.size_mm[0] / 2

@@ -209,6 +209,8 @@ def main() -> None:
         # asked to end, what is half-written is removed as after Ctrl-C
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     one_thread_for_this_process()
+    # a tenth of compiling is colouring messages that nobody sees
+    os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
     _keep_compiled_code()
     _run_nothing_from_here()
     for stream in (sys.stdout, sys.stderr):

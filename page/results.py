@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from benchtwin.calibrate.procedure.next_tests import gain_in_words, worth_it
+from benchtwin.calibrate.statistics.next_test import gain_in_words, worth_it
 from benchtwin.page.folder import (
     CALIBRATED,
     DIAGNOSED,

@@ -14,13 +14,17 @@ from benchtwin.calibrate.procedure.observed import (
 )
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.next_test import BenchTest, what_next
+from benchtwin.calibrate.statistics.next_test import (
+    BenchTest,
+    gain_in_words,
+    what_next,
+    worth_it,
+)
 from benchtwin.calibrate.statistics.posterior import Posterior
 from benchtwin.calibrate.statistics.surrogate import Surrogate
 
 MINUTES = 20.0  # of a rig's test: an afternoon's repeats
 MOST_SAID = 3  # tests, each together with those said before it
-LEAST_GAIN = 0.01  # of the variance, for a test to be worth a word
 
 
 def recorded_tests(name: str, seen: PileObservables) -> list[BenchTest]:
@@ -97,25 +101,6 @@ def next_tests(
         if all(set(s.box.names) <= known | set(test.believed) for s in test.surrogates)
     ]
     return what_next(posterior, tests, of) if tests else pd.DataFrame()
-
-
-def worth_it(tests: pd.DataFrame) -> pd.DataFrame:
-    """The tests in the order of adding them, those that gain next to nothing left
-    out."""
-    picked = tests.sort_values("pick", ignore_index=True)
-    gain = -picked["variance_left_after"].diff().fillna(-1.0)
-    return picked[gain > LEAST_GAIN]
-
-
-def gain_in_words(variance_left: float, *, with_others: bool) -> str:
-    """What a test is expected to do to the intervals, a share of the variance being
-    left."""
-    narrower = 1 - float(np.sqrt(variance_left))
-    also = " together with the tests above" if with_others else ""
-    return (
-        f"expected to make the intervals of the seed–seed parameters {narrower:.0%}"
-        f" narrower{also}"
-    )
 
 
 def in_words(tests: pd.DataFrame) -> list[str]:

@@ -29,6 +29,7 @@ from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.time_step import time_step
 from benchtwin.sim.engine.world import Tables, World, tabulate_world
+from benchtwin.sim.laws import LAWS
 
 # a quarter of a second or so, after which Ctrl-C gets its turn
 BALL_STEPS_A_CALL = 2_000_000
@@ -260,7 +261,9 @@ def _view(world: World, tables: Tables, s: State) -> View:
 
 def _kernel_of(world: World, tables: Tables):
     laws = tuple(c.law for c in world.active_laws)
-    run, mark = kernels.build(laws, tables.walls.motion_laws, ledger=world.ledger)
+    # one step loop for walls that stand, and for those that also move steadily
+    moves = tables.walls.motion_laws or (LAWS["motion_steady"],)
+    run, mark = kernels.build(laws, moves, ledger=world.ledger)
     if mark not in _ANNOUNCED and not is_kept("advance", mark):
         print(
             "benchtwin: compiling the step loop for this set of laws (once; 20 s) …",

@@ -58,7 +58,7 @@ def rebound_m(of: World) -> float:
         high[0] = max(high[0], x - 3e-3) if any(rising) else 0.0
         return any(rising) and v < 0
 
-    run(of, state, 1.0, [Every(1e-5, look)])
+    run(of, state, 1.0, [Every(1e-4, look)])
     return high[0]
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lammps_here import installed
-from scenes import ball
+from scenes import NO_AIR, ball
 
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Cylinder, Plane, Rectangle, Turn
@@ -51,7 +51,7 @@ def both(
         (placed,),
         tuple(walls),
         (on_wall, on_seed) if walls else (on_seed,),
-        (SDS,),
+        (*NO_AIR, SDS),
         gravity,
         share_damping=False,
         cap_damped=True,

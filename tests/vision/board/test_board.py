@@ -66,11 +66,14 @@ def test_places_on_the_board_are_seen_in_its_millimetres():
     assert view.at(*middle) == pytest.approx(abs(a[0] * b[1] - a[1] * b[0]) ** 0.5)
 
 
-def test_the_sds_hold():
-    """Of 24 shots, z of scale, pitch and roll: the mean square is about 1 (a χ² of 72
-    is below 1.5 of its freedom in all but .4 % of cases)."""
+@pytest.mark.parametrize(
+    ("shots", "most"), [(8, 1.9), pytest.param(24, 1.5, marks=pytest.mark.slow)]
+)
+def test_the_sds_hold(shots, most):
+    """z of scale, pitch and roll of each: the mean square is about 1 (a χ² of 72 is
+    below 1.5 of its freedom in all but .4 % of cases, one of 24 below 1.9)."""
     rng, z = np.random.default_rng(5), []
-    for _ in range(24):
+    for _ in range(shots):
         shot = replace(
             SHOT,
             size_px=(800, 600),
@@ -84,7 +87,7 @@ def test_the_sds_hold():
         z.append((scale - right["mm_per_px"]) / sd)
         angles = view.attitude_deg()
         z += [(angles[n][0] - right[n]) / angles[n][1] for n in ("pitch", "plumb")]
-    assert np.mean(np.square(z)) < 1.5
+    assert np.mean(np.square(z)) < most
 
 
 @pytest.mark.parametrize("pitch", [14.0, 15.2, 22.0])

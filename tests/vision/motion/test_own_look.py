@@ -47,6 +47,9 @@ class Strips(FrameSource):
         self.wall, self.comes_at = np.clip(grey, 0, 255).astype(np.uint8), comes_at
 
     def iterate(self):
+        yield from self._holding(self.drawn())
+
+    def drawn(self):
         for k in range(COUNT):
             there = k >= self.comes_at
             yield Frame(k, k / FPS, strip(k, self.wall, there=there))
@@ -111,6 +114,9 @@ class Pale(FrameSource):
         return 30 + ROLLS / (2 * RESTS) * (RESTS**2 - left**2)
 
     def iterate(self):
+        yield from self._holding(self.drawn())
+
+    def drawn(self):
         y, x = np.mgrid[:120, :240]
         rng = np.random.default_rng(7)
         for k in range(COUNT):

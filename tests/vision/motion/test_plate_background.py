@@ -47,6 +47,9 @@ class Busy(FrameSource):
         self.wall = cv2.GaussianBlur(wall, (0, 0), 4.0)
 
     def iterate(self):
+        yield from self._holding(self.drawn())
+
+    def drawn(self):
         rng = np.random.default_rng(4)
         for k in range(COUNT):
             picture, angle = self.wall.copy(), tilt(k)

@@ -2,6 +2,8 @@
 drawn in, what is no pile is refused."""
 
 import sys
+from collections.abc import Iterable
+from itertools import product
 from pathlib import Path
 
 import cv2
@@ -27,8 +29,21 @@ def value(found, name="repose_angle"):
     return next(q for q in found.quantities if q.name == name)
 
 
-@pytest.mark.parametrize("angle", [15, 22.5, 31, 38, 45])
-@pytest.mark.parametrize("sides", ["two", "left", "right"])
+CLEAN = {(15, "two"), (22.5, "left"), (31, "right"), (38, "two"), (45, "left")}
+
+
+def slow_but(quick: set[tuple], *choices: Iterable) -> list:
+    """All combinations of choices, of which those not in `quick` are slow."""
+    return [
+        pytest.param(*one, marks=[] if one in quick else [pytest.mark.slow])
+        for one in product(*choices)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("angle", "sides"),
+    slow_but(CLEAN, [15, 22.5, 31, 38, 45], ["two", "left", "right"]),
+)
 def test_clean_piles(angle, sides):
     height = min(300.0, 500 * np.tan(np.radians(angle)))
     found = measure_repose(draw(angle_deg=angle, sides=sides, pile_height=height))
@@ -91,7 +106,7 @@ def test_depth(dtype):
     assert value(measure_repose(draw(dtype=dtype))).value == pytest.approx(30, abs=0.02)
 
 
-@pytest.mark.parametrize("direction", [0, 60, 90, 150])
+@pytest.mark.parametrize("direction", slow_but({(60,), (150,)}, [0, 60, 90, 150]))
 def test_uneven_light(direction):
     image = draw(
         light=0.15,
@@ -174,8 +189,10 @@ def test_a_plumb_of_the_wrong_sign_is_doubtful_beside_the_plate(plumb_deg, quali
     assert (abs(found.value - 30) > 3) == (quality == DOUBTFUL)
 
 
-@pytest.mark.parametrize("off_deg", [1.5, -1.5])
-@pytest.mark.parametrize("sides", ["two", "right"])
+@pytest.mark.parametrize(
+    ("off_deg", "sides"),
+    slow_but({(1.5, "two"), (-1.5, "right")}, [1.5, -1.5], ["two", "right"]),
+)
 def test_a_base_line_dragged_off_the_plate_that_is_seen_is_doubtful(off_deg, sides):
     """Along the plate it is good; neither the line nor the angle are called so 1.5° off
     it."""
@@ -327,13 +344,14 @@ def test_a_faint_plate_still_gives_the_horizontal():
     assert value(found).value == pytest.approx(28, abs=0.15)
 
 
-def test_a_textured_wall_and_a_shadow_do_not_matter():
-    """Blotches, grain of the wall and a soft shadow, 4 drawn at random: no error beyond
+@pytest.mark.parametrize("pictures", slow_but({(2,)}, [2, 4]))
+def test_a_textured_wall_and_a_shadow_do_not_matter(pictures):
+    """Blotches, grain of the wall and a soft shadow, drawn at random: no error beyond
     3 claimed sd."""
     from piles import hard_scene
     from scipy.ndimage import gaussian_filter
 
-    for i in range(4):
+    for i in range(pictures):
         rng = np.random.default_rng([77, i])
         scene = hard_scene(rng)
         image = draw_pile(scene, rng).astype(float)
