@@ -17,7 +17,7 @@ import numpy as np
 from benchtwin.bench.table import NOTHING, Table, look
 
 LONGEST_STEP_S = 8e-3
-MOST_STEPS = 5000  # where a fit asks for a release long ago
+MOST_STEPS = 1000  # where a fit asks for a release long ago
 MOST_STOPS = 500  # after which a rocking seed counts as at rest
 SHORTEST_STEP_S = 1e-4
 LONGEST_TURN = 0.35  # of the ripple's argument, a step

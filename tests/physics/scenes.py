@@ -13,7 +13,7 @@ from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.seed import Seed
 
 # A drag that is zero. The step loop is compiled for each set of laws, which takes half
-# a minute: a world with a moving wall and this drag has the rigs' set.
+# a minute: a world with this drag has the rigs' set.
 NO_AIR = (LAWS["drag"].use(factor=0.0),)
 RIGID = Material(
     "rigid", 8000.0, 1e12, 0.0
