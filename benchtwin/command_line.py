@@ -133,9 +133,9 @@ _add(
     misuses=_unreadable,
     **ITSELF,
 )
-_add("import", recordings.import_, **ITSELF)
-_add("board", recordings.board, **ITSELF)
-_add("shape", recordings.shape, **ITSELF)
+_add("import", recordings.import_, misuses=_unreadable, **ITSELF)
+_add("board", recordings.board, misuses=_unreadable, **ITSELF)
+_add("shape", recordings.shape, misuses=_unreadable, **ITSELF)
 _add("clump", recordings.clump, **ITSELF)
 _add("simulate", simulations.simulate_and_measure, misuses=(ValueError, OSError))
 _add("calibrate", simulations.calibrate, out=REQUIRED)

@@ -228,14 +228,19 @@ def shape(
 def board(
     out: Annotated[Path, said("PDF or PNG to be written.")],
     size: Annotated[str, said("Paper: A4, A5 or A6.")] = "A5",
-) -> int:
+) -> None:
     """Make a board to print: wherever a picture or film shows it, scale, level and the
     camera's pitch are read from it, and nothing of them need be stated.
 
     Exit code 0: written; 2: the command was misused."""
-    from benchtwin.vision.board.command import board_command
+    from benchtwin.vision.board.sheet import sheet_of, write_board
 
-    return board_command(out, size)
+    sheet = sheet_of(size)
+    write_board(sheet, out)
+    print(
+        f"{out}: print it on {sheet.name} at 100 % and measure its line"
+        f" ({sheet.line_mm} mm); docs/filming.md says where it stands"
+    )
 
 
 def clump(

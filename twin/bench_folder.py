@@ -9,7 +9,7 @@ import numpy as np
 
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.measure.observed import Observed as Observed
-from benchtwin.vision.evidence.stated_rows import rows_alike
+from benchtwin.vision.evidence.readings import rows_alike
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import FAILED, MeasurementError, Observation

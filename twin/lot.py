@@ -135,9 +135,7 @@ def _thicknesses(
     """Each seed's thickness [mm]: as seen, else drawn with the lot's mean and scatter,
     correlated with its width as assumed for soybeans (thick seeds are wide); the same
     seeds always get the same."""
-    seen = np.array(
-        [np.nan if seed.thickness_mm is None else seed.thickness_mm for seed in seeds]
-    )
+    seen = np.array([seed.thickness_mm for seed in seeds])
     unseen = np.isnan(seen)
     if not unseen.any():
         return seen

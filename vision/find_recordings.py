@@ -46,12 +46,10 @@ def find_recordings(
     others are still measured. visited: folders visited already, by another link."""
     path = Path(path)
     visited = set() if visited is None else visited
-    if not path.is_dir():
-        return [_attempt(read_recording, path)]
     if path.resolve() in visited:
         return []
     visited.add(path.resolve())
-    if _is_recording(path):
+    if not path.is_dir() or _is_recording(path):
         return [_attempt(read_recording, path)]
     if path.name == "frames":
         return [_attempt(read_recording, path.parent)]
@@ -80,17 +78,13 @@ def find_recordings(
         for p in closed
     ]
     found += _loose_files(path, defaults)
-    if _is_named_bench(path):
-        loose = [*videos_in(path), *sounds_in(path)]
-        found += [_attempt(bare_recording, p) for p in loose]
-    if not found:
-        what = "no recording.toml, no photo, no video, no sound, no track.csv"
-        found = [
-            MeasurementError(
-                f"{path}: nothing to measure here ({what})", path.resolve().name
-            )
-        ]
-    return found
+    loose = [*videos_in(path), *sounds_in(path)] if _is_named_bench(path) else []
+    found += [_attempt(bare_recording, p) for p in loose]
+    nothing = (
+        f"{path}: nothing to measure here (no recording.toml, no photo, no video, no"
+        " sound, no track.csv)"
+    )
+    return found or [MeasurementError(nothing, path.resolve().name)]
 
 
 def unread_files(

@@ -1,9 +1,9 @@
 """`benchtwin import`: drafts a bench folder from files of other tools."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
+from benchtwin.bench.exits import DONE, FAILED, say
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.foreign import tool_of
 from benchtwin.vision.foreign.draft import (
@@ -14,10 +14,8 @@ from benchtwin.vision.foreign.draft import (
     drafts_of,
     write_bench,
 )
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.out_folder import check_out, file_name, new_folder
-
-DONE, NOTHING, MISUSED = 0, 1, 2
 
 
 def import_command(
@@ -30,45 +28,25 @@ def import_command(
 ) -> int:
     """Write the bench folder `out` from `files` (folders: the files of other tools in
     them); returns the exit code."""
-    try:
-        if rig and rig not in RIGS:
-            raise MeasurementError(f"--rig {rig}: it is one of {', '.join(RIGS)}")
-        if missing := [p for p in files if not p.exists()]:
-            raise MeasurementError(f"{missing[0]}: no such file or folder")
-        found = []
-        for path in files:
-            if path.is_dir():
-                inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p))
-            else:
-                inside = [path]
-            if not inside:
-                raise MeasurementError(
-                    f"{path}: no file of another tool in this folder"
-                )
-            found += inside
-        paths = list(dict.fromkeys(found))
-        check_out(out, "a drafted bench", _drafted, overwrite, paths)
-    except (MeasurementError, OSError) as error:
-        print(f"benchtwin import: {error}", file=sys.stderr)
-        return MISUSED
+    require(not rig or rig in RIGS, f"--rig {rig}: it is one of {', '.join(RIGS)}")
+    if missing := [p for p in files if not p.exists()]:
+        raise MeasurementError(f"{missing[0]}: no such file or folder")
+    found: list[Path] = []
+    for path in files:
+        inside = sorted(path.iterdir()) if path.is_dir() else [path]
+        told = [p for p in inside if p == path or (p.is_file() and tool_of(p))]
+        require(told, f"{path}: no file of another tool in this folder")
+        found += told
+    paths = list(dict.fromkeys(found))
+    check_out(out, "a drafted bench", _drafted, overwrite, paths)
     drafts, trouble = _read(paths, rig, track)
     for line in trouble:
-        print(f"benchtwin import: {line}", file=sys.stderr)
+        say("import", line, FAILED)
     if not drafts:
-        print(
-            f"benchtwin import: nothing could be read; {out} is not written",
-            file=sys.stderr,
-        )
-        return NOTHING
-    try:
-        with new_folder(out, _drafted, overwrite) as part:
-            questions = write_bench(part, drafts, trouble)
-    except OSError as error:
-        print(
-            f"benchtwin import: cannot write to {out}: {error.strerror or error}",
-            file=sys.stderr,
-        )
-        return MISUSED
+        said = f"nothing could be read; {out} is not written"
+        return say("import", said, FAILED)
+    with new_folder(out, _drafted, overwrite) as part:
+        questions = write_bench(part, drafts, trouble)
     if not quiet:
         _show(out, drafts, questions)
     return DONE
@@ -118,8 +96,8 @@ def _show(out: Path, drafts: list[Draft], questions: list[str]) -> None:
             print(f"  guessed: {guess}")
     print(
         f"\n{len(questions)} questions; they stand in {out / 'bench.toml'} and beside"
-        " each recording:"
+        " each recording:",
+        *(f"  {question}" for question in questions),
+        f"\nAnswer what you can, then: benchtwin measure {out} --out measured",
+        sep="\n",
     )
-    for question in questions:
-        print(f"  {question}")
-    print(f"\nAnswer what you can, then: benchtwin measure {out} --out measured")

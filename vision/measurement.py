@@ -27,6 +27,12 @@ class MeasurementError(ValueError):
         self.recording = recording
 
 
+def require(holds: object, otherwise: str) -> None:
+    """MeasurementError with these words where something does not hold."""
+    if not holds:
+        raise MeasurementError(otherwise)
+
+
 @dataclass(frozen=True)
 class Quantity:
     """One measured number.

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
 from benchtwin.bench.whole_file import folder_beside
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import require
 
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 
@@ -26,24 +26,23 @@ def check_out(
     `overwrite` and own output only. what: what the folder may hold, for the message;
     is_own: whether a path in it is output of the command; inputs: paths that are
     read."""
-    if out.exists() and not out.is_dir():
-        raise MeasurementError(f"{out}: is a file; --out names a folder")
+    require(not out.exists() or out.is_dir(), f"{out}: is a file; --out names a folder")
     there = sorted(out.iterdir()) if out.is_dir() else []
-    if there and not overwrite:
-        raise MeasurementError(
-            f"{out}: exists and is not empty; choose another --out, or say --overwrite"
-        )
+    require(
+        not there or overwrite,
+        f"{out}: exists and is not empty; choose another --out, or say --overwrite",
+    )
     for path in there:
-        if not is_own(path):
-            raise MeasurementError(
-                f"{out}: holds something else than {what} ({path.name}); it is not"
-                " overwritten"
-            )
+        require(
+            is_own(path),
+            f"{out}: holds something else than {what} ({path.name}); it is not"
+            " overwritten",
+        )
     for path in inputs:
-        if there and path.resolve().is_relative_to(out.resolve()):
-            raise MeasurementError(
-                f"{out}: holds {path}, which is to be read; choose another --out"
-            )
+        require(
+            not there or not path.resolve().is_relative_to(out.resolve()),
+            f"{out}: holds {path}, which is to be read; choose another --out",
+        )
 
 
 def put_in_place(

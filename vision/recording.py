@@ -31,7 +31,7 @@ from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES, only_sound
 from benchtwin.vision.foreign import tool_of
 from benchtwin.vision.foreign.as_evidence import Evidence, evidence_of
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".webm")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
@@ -159,19 +159,13 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
     path = Path(path)
     if path.is_file():
         return bare_recording(path)
-    if not path.is_dir():
-        raise MeasurementError(f"{path}: no such file or folder")
+    require(path.is_dir(), f"{path}: no such file or folder")
     if defaults is None:
         defaults = _defaults_beside(path)
-    if (path / "recording.toml").is_file():
-        known = read_toml(path / "recording.toml")
-    else:
-        known = {}
-    rig = validate(merge(defaults, known), path / "recording.toml").rig
-    evidence, files = _find_evidence(path, rig)
-    return _recording(
-        path, path.resolve().name, evidence, files, merge(defaults, known)
-    )
+    toml = path / "recording.toml"
+    stated = merge(defaults, read_toml(toml) if toml.is_file() else {})
+    evidence, files = _find_evidence(path, validate(stated, toml).rig)
+    return _recording(path, path.resolve().name, evidence, files, stated)
 
 
 def _recording(
@@ -186,15 +180,11 @@ def _recording(
     if isinstance(evidence, Evidence):
         scale = stated.get("camera", {}).get("mm_per_px")
         if evidence.unitless and scale not in (None, IN_METRES):
-            message = (
-                f"its lengths have no unit, and [camera] mm_per_px = {scale} is of"
-                " pixels"
-            )
             raise MeasurementError(
-                f"{files[0]}: {message}; write the unit into its heading, such as x (m)"
+                f"{files[0]}: its lengths have no unit, and [camera] mm_per_px ="
+                f" {scale} is of pixels; write the unit into its heading, such as x (m)"
             )
-        kind = evidence.kind
-        rig = evidence.rig or None
+        kind, rig = evidence.kind, evidence.rig or None
         stated = merge(evidence.keys, stated)
     else:
         kind, (rig, _) = evidence, RIG_OF_KIND.get(evidence, (None, ""))
@@ -242,11 +232,11 @@ def _seen_of(section: Any) -> Any:
         return section.model_copy(update=told)
     off = abs(section.coverage - seen.share)
     stated_sd = section.coverage_sd or 0.0
-    if off > CONTRADICTS * math.hypot(seen.sd, stated_sd):
-        raise MeasurementError(
-            f"{file}: seeds cover {seen.share:.2f} ± {seen.sd:.2f} of the plate, and"
-            f" coverage = {section.coverage:g} is stated: leave one of both out"
-        )
+    require(
+        off <= CONTRADICTS * math.hypot(seen.sd, stated_sd),
+        f"{file}: seeds cover {seen.share:.2f} ± {seen.sd:.2f} of the plate, and"
+        f" coverage = {section.coverage:g} is stated: leave one of both out",
+    )
     return section
 
 
@@ -260,18 +250,12 @@ def write_recording(recording: Recording) -> Path:
     the evidence); returns the file."""
     content: dict = {
         key: getattr(recording, key) for key in ("rig", "id", "session", "provenance")
-    }
-    content["conditions"] = dict(recording.conditions)
-    for name in ("seed", "camera", "reading", "air", "track", recording.rig):
-        if name:
-            content[name] = getattr(recording, name).model_dump(
-                exclude_none=True, mode="json"
-            )
-    content = {
-        key: value
-        for key, value in content.items()
-        if value is not None and value != {}
-    }
+    } | {"conditions": dict(recording.conditions)}
+    own = [recording.rig] if recording.rig else []
+    for name in ("seed", "camera", "reading", "air", "track", *own):
+        section = getattr(recording, name)
+        content[name] = section.model_dump(exclude_none=True, mode="json")
+    content = {key: value for key, value in content.items() if value not in (None, {})}
     file = recording.path / "recording.toml"
     recording.path.mkdir(parents=True, exist_ok=True)
     write_whole(file, tomli_w.dumps(content))

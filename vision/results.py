@@ -3,7 +3,7 @@ fifty are looked through in a minute."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -53,48 +53,31 @@ METHODS = {  # what the workbook says of its columns
     "quality": "whether the number means what its name says; reason: why not",
     "outliers": "named, and part of the mean",
 }
-_ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
 
 
-@dataclass
-class ContactSheet:
-    """Gathers what stands under each picture; `write` makes the page, which names the
-    pictures beside it."""
+def _card(file: str, picture: str, observation: Observation) -> dict:
+    """What stands under a picture `file`, named `picture` in the observation."""
+    first = picture == next(iter(observation.pictures))
+    name, quantities = observation.recording, observation.quantities if first else ()
+    reasons = (f"{q.name}: {q.reason}" for q in quantities if q.reason)
+    return {
+        "file": file,
+        "rig": observation.rig,
+        "lines": [q.in_words for q in quantities if q.quality != FAILED],
+        "title": name if first else f"{name}: {picture}",
+        "quality": worst(quantities) if quantities else GOOD,
+        "reasons": tuple(dict.fromkeys(reasons)),
+    }
 
-    cards: list[dict] = field(default_factory=list)
 
-    def add(self, file: str, picture: str, observation: Observation) -> None:
-        """The picture `file` (named `picture` in the observation), with what was
-        measured on it."""
-        first = picture == next(iter(observation.pictures))
-        quantities = observation.quantities if first else ()
-        lines = [q.in_words for q in quantities if q.quality != FAILED]
-        self.cards.append(
-            {
-                "file": file,
-                "rig": observation.rig,
-                "lines": lines,
-                "title": observation.recording
-                if first
-                else f"{observation.recording}: {picture}",
-                "quality": worst(quantities) if quantities else GOOD,
-                "reasons": tuple(
-                    dict.fromkeys(
-                        f"{q.name}: {q.reason}" for q in quantities if q.reason
-                    )
-                ),
-            }
-        )
-
-    def write(self, page: Path) -> None:
-        """One HTML file without scripts; it loads the pictures as they come into
-        view."""
-        cards = sorted(self.cards, key=lambda card: _ORDER[card["quality"]])
-        loader = PackageLoader("benchtwin.vision.overlay", ".")
-        pages = Environment(loader=loader, autoescape=True, trim_blocks=True)
-        template = pages.get_template("contact_sheet.html.j2")
-        path = template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD))
-        page.write_text(path, encoding="utf8", errors="backslashreplace")
+def _contact_sheet(cards: list[dict]) -> str:
+    """One HTML page without scripts; it loads the pictures beside it as they come into
+    view."""
+    loader = PackageLoader("benchtwin.vision.overlay", ".")
+    pages = Environment(loader=loader, autoescape=True, trim_blocks=True)
+    kinds = (FAILED, DOUBTFUL, GOOD)
+    cards = sorted(cards, key=lambda card: kinds.index(card["quality"]))
+    return pages.get_template("contact_sheet.html.j2").render(cards=cards, kinds=kinds)
 
 
 def row_of(observation: Observation, quantity: Quantity) -> tuple:
@@ -123,7 +106,7 @@ class Results:
         # the notes on files that are not read
         self.not_read: list[tuple[str, str]] = []
         self.observations: list[Observation] = []  # without their pictures and tracks
-        self.sheet = ContactSheet()
+        self.cards: list[dict] = []  # of the contact sheet
         self.summary: list[Line] = []
 
     def add(self, observation: Observation) -> None:
@@ -137,7 +120,7 @@ class Results:
             (self.part / "overlays").mkdir(exist_ok=True)
             Image.fromarray(picture).save(self.part / file, compress_level=1)
             overlay = overlay or file.as_posix()
-            self.sheet.add(file.name, name, observation)
+            self.cards.append(_card(file.name, name, observation))
         if observation.track is not None:
             (self.part / "tracks").mkdir(exist_ok=True)
             observation.track.to_csv(
@@ -184,7 +167,9 @@ class Results:
         for name, rows in written.items():
             (self.part / f"{name}.csv").write_text(csv_text(rows), encoding="utf8")
         if (self.part / "overlays").is_dir():
-            self.sheet.write(self.part / "overlays" / "index.html")
+            page = self.part / "overlays" / "index.html"
+            sheet = _contact_sheet(self.cards)
+            page.write_text(sheet, encoding="utf8", errors="backslashreplace")
         with self.open:
             put_in_place(self.part, self.out, _is_own, self.overwrite)
         return table

@@ -178,7 +178,10 @@ def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
     values = np.array([q.value for _, q in measured])
     n, mean = values.size, float(values.mean()) if values.size else np.nan
     sds = np.array([np.sqrt(max(q.sd**2 - q.sd_common**2, 0)) for _, q in measured])
-    common = _common([(o.session or "", q.sd_common) for o, q in measured])
+    # errors that the recordings of one session share
+    shared = pd.Series([q.sd_common for _, q in measured], dtype=float)
+    shared = shared.groupby([o.session or "" for o, _ in measured]).sum()
+    common = float(np.linalg.norm(shared)) / max(n, 1)
     count, scatter, half_alone = n, np.nan, np.nan
     if n > 1:
         scatter = float(values.std(ddof=1))
@@ -210,15 +213,6 @@ def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
         len(repeats) - n,
         tuple(_outliers(measured, values, sds)),
     )
-
-
-def _common(errors: list[tuple[str, float]]) -> float:
-    """sd of the mean from errors that the recordings of one session share: Σ over
-    sessions of (their mean share)²."""
-    by_session: dict[str, float] = {}
-    for session, sd in errors:
-        by_session[session] = by_session.get(session, 0.0) + sd / len(errors)
-    return float(np.sqrt(sum(share**2 for share in by_session.values())))
 
 
 def _outliers(

@@ -48,16 +48,13 @@ def show_results(
     counts = ", ".join(
         f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED)
     )
+    assumed = f"{len(notes)} notes on what was assumed"
     files = {
         "Numbers": "measurements.csv",
         "means": "summary.csv",
         "pictures": "overlays/index.html",
+        **({assumed: "notes.csv"} if len(shown_notes) < len(notes) else {}),
     }
-    files |= (
-        {}
-        if len(shown_notes) == len(notes)
-        else {f"{len(notes)} notes on what was assumed": "notes.csv"}
-    )
     places = "; ".join(
         f"{what}: {out / name}" for what, name in files.items() if (out / name).exists()
     )

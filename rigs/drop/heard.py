@@ -30,7 +30,7 @@ from benchtwin.vision.measurement import (
     failed,
     vague,
 )
-from benchtwin.vision.motion.impacts import estimate_time_sds
+from benchtwin.vision.motion.impact_chain import estimate_time_sds
 from benchtwin.vision.motion.least_squares import slopes
 from benchtwin.vision.recording import Recording
 

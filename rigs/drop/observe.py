@@ -22,14 +22,12 @@ from benchtwin.vision.motion.of_recording import (
     need_track,
     observation,
     table_track,
-    to_mm,
 )
 from benchtwin.vision.motion.several_drops import drop_rows, over_drops
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.motion.track_seed import TrackedSeed
-from benchtwin.vision.overlay.plot import plot
+from benchtwin.vision.overlay.plot import caption, plot
 from benchtwin.vision.overlay.track import on_picture
-from benchtwin.vision.overlay.travel import caption
 from benchtwin.vision.recording import Recording
 
 _SHARE = np.linspace(0, 1, 60)  # of a flight
@@ -130,7 +128,7 @@ def _drop_in_frames(
 ) -> Observation:
     share = 1 - tracked.track.y / max(tracked.scene.shape[0] - 1, 1)
     camera = recording.camera
-    seen = to_mm(tracked.track, camera.mm_per_px)
+    seen = tracked.track.in_mm(camera.mm_per_px)
     seen, recording, said = as_it_fell(seen, recording)
     high, wide = tracked.scene.shape
     axis = (

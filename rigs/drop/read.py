@@ -13,7 +13,7 @@ from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
-from benchtwin.vision.evidence.stated_rows import rows_alike
+from benchtwin.vision.evidence.readings import rows_alike
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
@@ -25,7 +25,7 @@ from benchtwin.vision.motion.flight import (
     find_few_flights,
     find_flights,
 )
-from benchtwin.vision.motion.impacts import estimate_time_sds
+from benchtwin.vision.motion.impact_chain import estimate_time_sds
 from benchtwin.vision.motion.several_drops import drop_rows
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording

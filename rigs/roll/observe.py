@@ -11,11 +11,10 @@ from benchtwin.vision.motion.of_recording import (
     Followed,
     Progress,
     seed_of,
-    to_mm,
 )
 from benchtwin.vision.motion.track import Track
+from benchtwin.vision.overlay.plot import caption, plot_travel
 from benchtwin.vision.overlay.track import on_picture
-from benchtwin.vision.overlay.travel import caption, plot_travel
 from benchtwin.vision.recording import Recording
 
 
@@ -41,7 +40,7 @@ def _in_pictures(seen: Followed) -> Observation:
         )
     along = roll_path(tracked.track, tracked.size, recording)
     scale, corner = recording.camera.mm_per_px or 1.0, along.junction
-    track = to_mm(along.track, recording.camera.mm_per_px)
+    track = along.track.in_mm(recording.camera.mm_per_px)
     junction = None if corner is None else (corner[0] * scale, corner[1] * scale)
     roll = measure_roll(track, recording, junction=junction)
     if along.doubt:

@@ -16,8 +16,8 @@ from benchtwin.vision.motion.of_recording import (
 )
 from benchtwin.vision.motion.tilting_plate import track_slide
 from benchtwin.vision.motion.track import Track
+from benchtwin.vision.overlay.plot import caption, plot_travel
 from benchtwin.vision.overlay.track import on_picture
-from benchtwin.vision.overlay.travel import caption, plot_travel
 from benchtwin.vision.recording import Recording
 
 

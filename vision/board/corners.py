@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from benchtwin.vision.board.sheet import DICTIONARY, SHEETS, Sheet
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 SMALLEST_PX = 32
 LARGEST_PX = 2400  # longest side in which markers are looked for
@@ -52,11 +52,11 @@ def find_corners(image: np.ndarray) -> Corners:
     if found is None:
         raise NoBoard
     about = found.board_mm - found.board_mm.mean(0) if len(found.board_mm) else []
-    if len(about) < FEWEST or np.linalg.matrix_rank(about) < 2:
-        raise MeasurementError(
-            f"of the board in the picture {len(about)} corners are seen; {FEWEST} in"
-            " two rows tell its place: nearer, sharper or less covered"
-        )
+    require(
+        len(about) >= FEWEST and np.linalg.matrix_rank(about) >= 2,
+        f"of the board in the picture {len(about)} corners are seen; {FEWEST} in"
+        " two rows tell its place: nearer, sharper or less covered",
+    )
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchtwin.bench.whole_file import whole
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import require
 
 SQUARES = (7, 9)  # across, upward: 31 markers, 48 inner corners
 MARKER_SHARE = 0.75  # of a square
@@ -74,8 +74,9 @@ SHEETS = {
 
 def sheet_of(name: str) -> Sheet:
     """The sheet of that name; MeasurementError where there is none."""
-    if name.upper() not in SHEETS:
-        raise MeasurementError(f"{name}: a board is printed on {', '.join(SHEETS)}")
+    require(
+        name.upper() in SHEETS, f"{name}: a board is printed on {', '.join(SHEETS)}"
+    )
     return SHEETS[name.upper()]
 
 
@@ -109,8 +110,7 @@ def write_board(sheet: Sheet, out: Path) -> None:
     """Write the page as a PDF of exactly its size, or as a PNG, by the file's
     ending."""
     ending = out.suffix.lower()
-    if ending not in (".pdf", ".png"):
-        raise MeasurementError(f"{out}: a board is written as .pdf or .png")
+    require(ending in (".pdf", ".png"), f"{out}: a board is written as .pdf or .png")
     resolution = PX_PER_MM * 25.4
     with whole(out) as part:
         if ending == ".pdf":

@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.board.corners import Corners, find_corners
+from benchtwin.vision.motion.least_squares import slopes
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -115,17 +116,18 @@ class BoardView:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What makes the scale doubtful."""
-        said = []
         value, sd = self.mm_per_px()
-        if sd > DOUBTFUL_SD * value:
-            said.append(f"it tells the scale only to ± {100 * sd / value:.0f} %")
-        if self.bent:
-            said.append("it is bent: glue it to something flat")
-        if self.corners.mirrored:
-            said.append("the picture is a mirror image")
-        if self.corners.others:
-            said.append("there are several boards; the one that shows most is read")
-        return tuple(said)
+        share = f"{100 * sd / value:.0f} %"
+        told = (
+            (sd > DOUBTFUL_SD * value, f"it tells the scale only to ± {share}"),
+            (self.bent, "it is bent: glue it to something flat"),
+            (self.corners.mirrored, "the picture is a mirror image"),
+            (
+                self.corners.others,
+                "there are several boards; the one that shows most is read",
+            ),
+        )
+        return tuple(why for holds, why in told if holds)
 
     def _scales(self, fitted: np.ndarray) -> np.ndarray:
         """mm per px at the picture's centre: in the board's plane, and in the one that
@@ -150,16 +152,9 @@ class BoardView:
     def _with_sd(
         self, value: Callable[[np.ndarray], np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """A function (m,) of the fitted parameters and its sds, by central
-        differences of a tenth of each parameter's sd."""
-        steps = 0.1 * np.sqrt(np.diag(self.covariance))
-        slopes = np.column_stack(
-            [
-                (value(self.fitted + h) - value(self.fitted - h)) / (2 * step)
-                for h, step in zip(np.diag(steps), steps, strict=True)
-            ]
-        )
-        variance = np.einsum("ij,jk,ik->i", slopes, self.covariance, slopes)
+        """A function (m,) of the fitted parameters and its sds."""
+        moved = slopes(value, self.fitted, np.sqrt(np.diag(self.covariance)))
+        variance = np.einsum("ij,jk,ik->i", moved, self.covariance, moved)
         return value(self.fitted), np.sqrt(variance)
 
 
@@ -177,8 +172,12 @@ def read_board(image: np.ndarray, line_mm: float | None = None) -> BoardView:
     bent, error_px = _fits(corners, unstated_sd("board-bent"), _start(corners))
     flat, _ = _fits(corners, unstated_sd("board-bend"), bent[0].x, error_px)
     is_bent = 2 * (flat[0].cost - bent[0].cost) > BENT_CHI2
-    fitted, covariance = _both(*(bent if is_bent else flat))
-    return BoardView(corners, fitted, covariance, sd, scale, is_bent)
+    best, other = bent if is_bent else flat
+    # to the better fit's covariance the other adds as much as it is probable
+    share = 1 / (1 + np.exp(min(other.cost - best.cost, 500.0)))
+    apart = np.outer(other.x - best.x, other.x - best.x)
+    covariance = np.linalg.inv(best.jac.T @ best.jac) + share * apart
+    return BoardView(corners, best.x, covariance, sd, scale, is_bent)
 
 
 def _fits(
@@ -195,17 +194,6 @@ def _fits(
     again = [_fit(corners, bend_sd, f.x, error_px)[0] for f in (one, other)]
     best, worse = sorted(again, key=lambda found: found.cost)
     return (best, worse), error_px
-
-
-def _both(
-    best: "OptimizeResult", other: "OptimizeResult"
-) -> tuple[np.ndarray, np.ndarray]:
-    """Values and covariance of the better of two fits, to which the other adds as much
-    as it is probable."""
-    share = 1 / (1 + np.exp(min(other.cost - best.cost, 500.0)))
-    apart = other.x - best.x
-    covariance = np.linalg.inv(best.jac.T @ best.jac)
-    return best.x, covariance + share * np.outer(apart, apart)
 
 
 def _other_side(p: np.ndarray) -> np.ndarray:

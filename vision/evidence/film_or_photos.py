@@ -98,19 +98,18 @@ Evidence = list[tuple[float, str]]
 
 
 def _by_name(stem: str, names: list[str]) -> Evidence:
-    found: Evidence = []
     digits = [re.findall(r"\d+", Path(name).stem)[-1] for name in names]
     steps = Counter(int(b) - int(a) for a, b in itertools.pairwise(digits))
     step, times = steps.most_common(1)[0]
-    if times < 0.8 * (len(names) - 1):
-        found.append((-1.0, "their numbers have gaps"))
-    elif CAMERA_NAME.fullmatch(stem.strip("-_ ")):
-        found.append((-0.5, "a camera names photos so"))
-    elif int(digits[0]) <= 1 and len({len(d) for d in digits}) == 1 and step == 1:
-        found.append((0.5, "they are numbered from the first on, with leading zeros"))
-    if Path(names[0]).suffix.lower() in (".png", ".bmp", ".tif", ".tiff"):
-        found.append((0.5, "phones save no such files"))
-    return found
+    from_first = int(digits[0]) <= 1 and len({*map(len, digits)}) == 1 and step == 1
+    told = (
+        (times < 0.8 * (len(names) - 1), -1.0, "their numbers have gaps"),
+        (CAMERA_NAME.fullmatch(stem.strip("-_ ")), -0.5, "a camera names photos so"),
+        (from_first, 0.5, "they are numbered from the first on, with leading zeros"),
+    )
+    named = [(weight, words) for holds, weight, words in told if holds]
+    phone = Path(names[0]).suffix.lower() not in (".png", ".bmp", ".tif", ".tiff")
+    return [*named[:1], *([] if phone else [(0.5, "phones save no such files")])]
 
 
 def _by_size(files: list[Path]) -> Evidence:
@@ -124,23 +123,22 @@ def _by_size(files: list[Path]) -> Evidence:
 
 def _by_camera(files: list[Path]) -> Evidence:
     """What cameras write into their files: when, how long exposed, by which camera."""
-    found: Evidence = []
     tags = [tag for tag in map(_tags, files) if tag]
     if len(tags) < 0.8 * len(files):
-        return found
+        return []
     times = [t for tag in tags if (t := _taken(tag)) is not None]
     steps = [(b - a).total_seconds() for a, b in itertools.pairwise(times)]
-    if len(times) > 0.8 * len(files) and (gap := float(np.median(np.abs(steps)))) >= 1:
-        even = float(np.std(steps)) < 0.1 * gap
-        words = f"they were taken {gap:.3g} s apart"
-        found.append((0.0, f"{words}, evenly") if even else (-2.0, words))
-    elif steps:
-        found.append((1.0, "they were taken within a second of one another"))
-    elif any(MODEL in tag for tag in tags):
-        found.append((-0.5, "they name the camera"))
-    if len({tag.get(EXPOSURE) for tag in tags}) > len(tags) / 4:
-        found.append((-0.5, "they were exposed for different times"))
-    return found
+    gap = float(np.median(np.abs(steps))) if len(times) > 0.8 * len(files) else 0.0
+    words = f"they were taken {gap:.3g} s apart"
+    told = (
+        (gap >= 1 and np.std(steps) < 0.1 * gap, 0.0, f"{words}, evenly"),
+        (gap >= 1, -2.0, words),
+        (steps, 1.0, "they were taken within a second of one another"),
+        (any(MODEL in tag for tag in tags), -0.5, "they name the camera"),
+    )
+    found = [(weight, words) for holds, weight, words in told if holds][:1]
+    differ = len({tag.get(EXPOSURE) for tag in tags}) > len(tags) / 4
+    return found + [(-0.5, "they were exposed for different times")] * differ
 
 
 def _tags(file: Path) -> dict:
@@ -175,13 +173,21 @@ def _by_content(files: list[Path]) -> Evidence:
     changes = [_changed(seen[i][0], seen[j][1]) for i, j in apart]
     far = float(np.median(changes or [math.nan]))
     share = f"{100 * near:.2g} % of the picture"
-    if near < LITTLE:
-        return [(2.0, f"from one to the next only {share} changes")]
-    if near < ALIKE * far:
-        return [(1.5, "those that follow one another are more alike than others")]
-    if near > MUCH and near > UNLIKE * far:
-        return [(-1.5, f"from one to the next {share} changes, as between any two")]
-    return [(0.0, f"from one to the next {share} changes")]
+    told = (
+        (near < LITTLE, 2.0, f"from one to the next only {share} changes"),
+        (
+            near < ALIKE * far,
+            1.5,
+            "those that follow one another are more alike than others",
+        ),
+        (
+            near > MUCH and near > UNLIKE * far,
+            -1.5,
+            f"from one to the next {share} changes, as between any two",
+        ),
+        (True, 0.0, f"from one to the next {share} changes"),
+    )
+    return [next((weight, words) for holds, weight, words in told if holds)]
 
 
 def _small(file: Path) -> np.ndarray | None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchtwin.vision.evidence.photo import MAX_PIXELS, read_photo
 from benchtwin.vision.evidence.sound import open_media
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.recording import Recording
 
 SAMPLE_BYTES = 90_000_000  # of a sample's pictures in memory at once
@@ -116,10 +116,10 @@ class FrameFolder(FrameSource):
         numbered = []
         for file in files:
             digits = re.findall(r"\d+", file.stem)
-            if not digits:
-                raise MeasurementError(
-                    f"{file}: a frame's file name must end in its number (000123.png)"
-                )
+            require(
+                digits,
+                f"{file}: a frame's file name must end in its number (000123.png)",
+            )
             numbered.append((int(digits[-1]), file))
         numbered.sort()
         super().__init__(path=files[0].parent, count=len(numbered), fps=fps)
@@ -176,8 +176,7 @@ class FrameFolder(FrameSource):
         for number, file in (inside[i] for i in np.unique(wanted)):
             with contextlib.suppress(MeasurementError):  # iterate() notes it
                 frames.append(Frame(number, self._time(number), read_photo(file)))
-        if not frames:
-            raise MeasurementError(f"{self.path}: none of the frames can be read")
+        require(frames, f"{self.path}: none of the frames can be read")
         return frames
 
     def _time(self, number: int) -> float:
@@ -190,8 +189,7 @@ class Video(FrameSource):
     numbered, too."""
 
     def __init__(self, file: Path, fps: float | None):
-        if file.stat().st_size == 0:
-            raise MeasurementError(f"{file}: the file is empty (0 bytes)")
+        require(file.stat().st_size != 0, f"{file}: the file is empty (0 bytes)")
         with _opened(file) as container:
             stream = container.streams.video[0]
             if stream.width * stream.height > MAX_PIXELS:
@@ -294,10 +292,7 @@ class Video(FrameSource):
                 index += 1
                 if index == stop:
                     return
-        if index == 0:
-            raise MeasurementError(
-                f"{self.path}: the video holds no frame that can be read"
-            )
+        require(index != 0, f"{self.path}: the video holds no frame that can be read")
         if self.count and index < self.count:
             self.note(f"the video stops early: {index} of {self.count} frames")
 

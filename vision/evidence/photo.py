@@ -15,7 +15,7 @@ from PIL.ImageFile import ImageFile
 from PIL.PngImagePlugin import PngImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 PHOTO_SUFFIXES = (
     *(".png", ".jpg", ".jpeg", ".tif", ".tiff"),
@@ -80,10 +80,8 @@ def read_small(path: Path, largest: int) -> Image.Image:
 @contextlib.contextmanager
 def _errors_in_words(path: Path) -> Iterator[None]:
     """Whatever a decoder raises becomes a MeasurementError that names the file."""
-    if not path.is_file():
-        raise MeasurementError(f"{path}: no such file")
-    if path.stat().st_size == 0:
-        raise MeasurementError(f"{path}: the file is empty (0 bytes)")
+    require(path.is_file(), f"{path}: no such file")
+    require(path.stat().st_size != 0, f"{path}: the file is empty (0 bytes)")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what matters is raised
@@ -109,11 +107,11 @@ def _errors_in_words(path: Path) -> Iterator[None]:
 
 
 def _check_size(path: Path, file: Image.Image) -> None:
-    if file.width * file.height > MAX_PIXELS:
-        raise MeasurementError(
-            f"{path}: {file.width} × {file.height} pixels is more than"
-            f" {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
-        )
+    require(
+        file.width * file.height <= MAX_PIXELS,
+        f"{path}: {file.width} × {file.height} pixels is more than"
+        f" {MAX_PIXELS / 1e6:.0f} megapixels; scale it down",
+    )
 
 
 def _decode(path: Path) -> np.ndarray:
@@ -127,11 +125,11 @@ def _decode(path: Path) -> np.ndarray:
             image = ImageOps.exif_transpose(image)
         if image.mode == "I" or image.mode.startswith("I;16"):
             return np.asarray(image).astype(np.uint16)
-        if image.mode == "F":
-            raise MeasurementError(
-                f"{path}: floating-point pixels; save the picture with 8 or 16 bits a"
-                " channel"
-            )
+        require(
+            image.mode != "F",
+            f"{path}: floating-point pixels; save the picture with 8 or 16 bits a"
+            " channel",
+        )
         if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
             image = _on_white(image)
         if image.mode not in _DIRECT:
@@ -167,17 +165,20 @@ def _decode_deep(path: Path) -> np.ndarray:
     import cv2  # after its limit is set
 
     data = np.fromfile(path, dtype=np.uint8)
-    with _silent_opencv(cv2):
+    log = cv2.utils.logging  # what it writes to the terminal is in our error
+    level = log.setLogLevel(log.LOG_LEVEL_SILENT)
+    try:
         image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    finally:
+        log.setLogLevel(level)
     if image is None:
         _not_a_picture(path)
     if image.ndim == 3:
         image = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2RGB)
-    if image.dtype not in (np.uint8, np.uint16):
-        raise MeasurementError(
-            f"{path}: {image.dtype} pixels; save the picture with 8 or 16 bits a"
-            " channel"
-        )
+    require(
+        image.dtype in (np.uint8, np.uint16),
+        f"{path}: {image.dtype} pixels; save the picture with 8 or 16 bits a channel",
+    )
     return image
 
 
@@ -192,16 +193,3 @@ def _not_a_picture(path: Path) -> NoReturn:
         f"{path}: not a picture that can be read; its header is damaged or of another"
         f" kind than {known}"
     )
-
-
-@contextlib.contextmanager
-def _silent_opencv(cv2) -> Iterator[None]:
-    """OpenCV writes decoder complaints to the terminal; ours are in the error that is
-    raised."""
-    log = getattr(getattr(cv2, "utils", None), "logging", None)
-    level = log.setLogLevel(log.LOG_LEVEL_SILENT) if log else None
-    try:
-        yield
-    finally:
-        if log:
-            log.setLogLevel(level)

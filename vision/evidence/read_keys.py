@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from benchtwin.bench.keys import COMPLETE, Keys, Section
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 MOST_BYTES = 30_000  # all keys with comments fill 5,000
 RECORDING = "recording.toml"  # stands in a folder of its own within the bench's
@@ -67,8 +67,7 @@ def read_toml(path: Path) -> dict:
         raise MeasurementError(
             f"{path}: [seed] shape: there is no file {found['shape']}"
         )
-    if len(found) == 2:
-        raise MeasurementError(f"{path}: [seed] lot and shape: give one of them")
+    require(len(found) != 2, f"{path}: [seed] lot and shape: give one of them")
     if found:
         content = content | {
             "seed": content["seed"] | {name: str(file) for name, file in found.items()}
@@ -82,10 +81,9 @@ def _with_photos(content: dict, path: Path) -> dict:
     for name, section in content.items():
         if isinstance(section, dict) and "plate_photo" in section:
             file = (path.parent / section["plate_photo"]).resolve()
-            if not file.is_file():
-                raise MeasurementError(
-                    f"{path}: [{name}] plate_photo: there is no file {file}"
-                )
+            require(
+                file.is_file(), f"{path}: [{name}] plate_photo: there is no file {file}"
+            )
             found[name] = section | {"plate_photo": str(file)}
     return content | found
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 SOUND_SUFFIXES = (".wav", ".m4a", ".mp3", ".ogg", ".flac", ".aac", ".opus")
 LOSSLESS = ("flac", "alac", "wavpack", "ape", "tta")
@@ -72,12 +72,10 @@ def read_sound(file: Path) -> Sound:
     """The sound of a film or a sound file; MeasurementError where there is none, only
     silence, or nothing that can be decoded. Several channels are averaged; where time
     stamps leave a gap it is filled with silence and noted."""
-    if file.stat().st_size == 0:
-        raise MeasurementError(f"{file}: the file is empty (0 bytes)")
+    require(file.stat().st_size != 0, f"{file}: the file is empty (0 bytes)")
     notes: list[str] = []
     with open_media(file) as container:
-        if not container.streams.audio:
-            raise MeasurementError(f"{file}: holds no sound track")
+        require(container.streams.audio, f"{file}: holds no sound track")
         if container.streams.audio[0].codec_context is None:
             raise MeasurementError(
                 f"{file}: its sound has a codec that cannot be decoded (no decoder);"
@@ -99,13 +97,15 @@ def read_sound(file: Path) -> Sound:
                 f"{file}: its sound track holds nothing that can be read"
             )
         samples = np.concatenate([first[1], *(block for _, block in blocks)])
-    if len(samples) < LEAST_S * rate:
-        raise MeasurementError(
-            f"{file}: {len(samples) / rate:.2g} s of sound; a drop needs {LEAST_S:g} s"
-            " at least"
-        )
-    if not np.abs(samples).max() > SILENT:
-        raise MeasurementError(f"{file}: its sound is silent from beginning to end")
+    require(
+        len(samples) >= LEAST_S * rate,
+        f"{file}: {len(samples) / rate:.2g} s of sound; a drop needs {LEAST_S:g} s"
+        " at least",
+    )
+    require(
+        np.abs(samples).max() > SILENT,
+        f"{file}: its sound is silent from beginning to end",
+    )
     start = first[0] - _first_picture(file) if film else 0.0
     lossy = not codec.startswith("pcm") and codec not in LOSSLESS
     return Sound(file, samples, rate, start, lossy, tuple(notes))
@@ -119,10 +119,11 @@ def _blocks(
     import av
 
     frames = container.decode(container.streams.audio[0])
-    count = 0
+    resampler, count = av.AudioResampler("fltp"), 0  # to float32 of full scale 1
     while count < LONGEST_S * rate:
         try:
             frame = next(frames)
+            parts = resampler.resample(frame) if frame.sample_rate == rate else []
         except StopIteration:
             return
         except (av.error.FFmpegError, ValueError) as error:
@@ -131,13 +132,14 @@ def _blocks(
                 f" ({getattr(error, 'strerror', error)})"
             )
             return
-        if frame.sample_rate != rate:
+        if not parts:
             notes.append(
                 f"{file.name}: the sound changes its rate after {count / rate:.3g} s"
                 " and is left out from there"
             )
             return
-        block = _mono(frame)
+        planes = np.concatenate([part.to_ndarray() for part in parts], axis=1)
+        block = np.nan_to_num(planes.mean(axis=0)).clip(-8, 8)
         count += len(block)
         yield frame.time, block
     notes.append(f"{file.name}: only the first {LONGEST_S:g} s of its sound are used")
@@ -161,19 +163,6 @@ def _fill_gaps(
                 block = np.pad(block, (round(missing * rate), 0))
         due = at + len(block) / rate
         yield at, block
-
-
-def _mono(frame) -> np.ndarray:
-    """(n,) float32 of full scale 1."""
-    found = frame.to_ndarray()
-    channels = frame.layout.nb_channels
-    if not frame.format.is_planar:
-        found = found.reshape(-1, channels).T
-    if found.dtype == np.uint8:
-        found = (found.astype(np.float32) - 128) / 128
-    elif np.issubdtype(found.dtype, np.integer):
-        found = found.astype(np.float32) / -float(np.iinfo(found.dtype).min)
-    return np.clip(np.nan_to_num(found.astype(np.float32).mean(axis=0)), -8, 8)
 
 
 def _picture_stream(container):

@@ -1,9 +1,10 @@
 """Reads CSV evidence strictly: tracks, light gates, impact times, readings."""
 
 import difflib
+import re
 import reprlib
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,8 +12,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
-from benchtwin.vision.evidence.separators import Separators, separators
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 _READING_RANGE = {
     "mm": (0.0, 100_000.0),
@@ -44,6 +44,10 @@ MOST_BYTES = 500_000_000  # ten million rows
 LONGEST_LINE = 10_000
 SAME_TIME = 1e-6  # of the median step: closer rows have the same time
 LARGEST = 1e10  # of any number: seconds since 1970 are fewer
+_WITH_POINT = re.compile(r"\s*[+-]?\d*\.\d+(?:[eE][+-]?\d+)?\s*")
+_WITH_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
+# 1.234,5: thousands and decimals
+_WITH_BOTH = re.compile(r"\s*[+-]?(?:\d+[.']\d+,\d+|\d+[,']\d+\.\d+)\s*")
 Range = tuple[float, float]
 
 
@@ -81,11 +85,10 @@ def read_track_csv(path: Path) -> Table:
     same = np.append(
         False, steps <= (SAME_TIME * np.median(steps) if steps.size else 0)
     )
-    _require(path, rows, clock, ~same, "; keep one", "two rows for ")
-    if len(rows) < 3:
-        raise MeasurementError(
-            f"{path}: {len(rows)} usable rows; a track needs at least 3"
-        )
+    _require_each(path, rows, clock, ~same, "; keep one", "two rows for ")
+    require(
+        len(rows) >= 3, f"{path}: {len(rows)} usable rows; a track needs at least 3"
+    )
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
@@ -103,19 +106,19 @@ def read_gates(path: Path, rig: str) -> Table:
     rows = rows.sort_values("t_s", kind="stable")
     place = rows[where].to_numpy()
     first = np.append(True, np.diff(rows["t_s"]) > 0)
-    _require(path, rows, "t_s", first, "; keep one", "two gates at ")
-    if len(rows) < LEAST_GATES:
-        raise MeasurementError(
-            f"{path}: {len(rows)} passages; a {rig} past light gates needs at least"
-            f" {LEAST_GATES}"
-        )
+    _require_each(path, rows, "t_s", first, "; keep one", "two gates at ")
+    require(
+        len(rows) >= LEAST_GATES,
+        f"{path}: {len(rows)} passages; a {rig} past light gates needs at least"
+        f" {LEAST_GATES}",
+    )
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
     if rig == "drop":  # it passes some gates twice
         wrong = (np.diff(place) > 0) & (
             np.arange(1, len(place)) <= int(np.argmin(place))
         )
     order = " is out of its order; a seed passes the gates one after the other"
-    _require(path, rows, where, np.append(True, ~wrong), order)
+    _require_each(path, rows, where, np.append(True, ~wrong), order)
     _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
@@ -128,11 +131,8 @@ def read_impacts_csv(path: Path) -> Table:
     rows, notes = _drop_incomplete(path, rows, ["t_s"])
     _check_sds(path, rows)
     later = np.append(True, np.diff(rows["t_s"]) > 0)
-    _require(path, rows, "t_s", later, " does not increase")
-    if len(rows) < 2:
-        raise MeasurementError(
-            f"{path}: {len(rows)} impact times; an interval needs two"
-        )
+    _require_each(path, rows, "t_s", later, " does not increase")
+    require(len(rows) >= 2, f"{path}: {len(rows)} impact times; an interval needs two")
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
@@ -142,11 +142,11 @@ def read_readings(path: Path) -> Table:
     error."""
     rows = _read_csv(path)
     columns = [c for c in rows.columns if c in READING_COLUMNS]
-    if not columns:
-        raise MeasurementError(
-            f"{path}: no column of readings; expected one of"
-            f" {', '.join(READING_COLUMNS)}, found {', '.join(rows.columns)}"
-        )
+    require(
+        columns,
+        f"{path}: no column of readings; expected one of"
+        f" {', '.join(READING_COLUMNS)}, found {', '.join(rows.columns)}",
+    )
     rigs = [RIGS[READING_COLUMNS[c][0]] for c in columns]
     own = {c for rig in rigs for c in (*rig.by_row, *rig.in_turn) if c in rows}
     _check_columns(
@@ -164,11 +164,10 @@ def read_readings(path: Path) -> Table:
         right = ~((rows[column] <= low) | (rows[column] >= high))
         if column in RIGS[READING_COLUMNS[column][0]].zeros:
             right |= rows[column] == 0
-        _require(
+        _require_each(
             path, rows, column, right, f"; it should lie between {low:g} and {high:g}"
         )
-        if rows[column].notna().sum() == 0:
-            raise MeasurementError(f"{path}: {column} holds no numbers")
+        require(rows[column].notna().sum() != 0, f"{path}: {column} holds no numbers")
     return Table(rows, tuple(notes))
 
 
@@ -192,36 +191,36 @@ def read_numbers(
                 f"{path}: {column} is empty or not finite in row {empty[0] + 2};"
                 f" {limits}"
             )
-        _require(path, rows, column, rows[column].between(low, high), f"; {limits}")
+        _require_each(
+            path, rows, column, rows[column].between(low, high), f"; {limits}"
+        )
     return rows
 
 
 def _read_csv(path: Path) -> pd.DataFrame:
     size = path.stat().st_size
-    if size == 0:
-        raise MeasurementError(f"{path}: the file is empty (0 bytes)")
-    if size > MOST_BYTES:
-        raise MeasurementError(
-            f"{path}: {size / 1e6:.0f} MB; a table has {MOST_BYTES / 1e6:.0f} MB at"
-            " most"
-        )
+    require(size != 0, f"{path}: the file is empty (0 bytes)")
+    require(
+        size <= MOST_BYTES,
+        f"{path}: {size / 1e6:.0f} MB; a table has {MOST_BYTES / 1e6:.0f} MB at most",
+    )
     with path.open("rb") as file:
-        if any(
-            len(line) > LONGEST_LINE
-            for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")
-        ):
-            raise MeasurementError(
-                f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,}"
-                " characters)"
-            )
-    by = _separators_of(path)
+        require(
+            not any(
+                len(line) > LONGEST_LINE
+                for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")
+            ),
+            f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,}"
+            " characters)",
+        )
+    column, decimal = _separators_of(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             rows = pd.read_csv(
                 path,
-                sep=by.column,
-                decimal=by.decimal,
+                sep=column,
+                decimal=decimal,
                 skipinitialspace=True,
                 comment="#",
                 index_col=False,
@@ -242,31 +241,43 @@ def _read_csv(path: Path) -> pd.DataFrame:
     rows.columns = [str(c).strip() for c in rows.columns]
     if twice := [c for c in rows if f"{c}.1" in rows]:  # pandas' name for the second
         raise MeasurementError(f"{path}: column {twice[0]} comes twice")
-    if rows.empty:
-        raise MeasurementError(f"{path}: a heading but no rows")
+    require(not rows.empty, f"{path}: a heading but no rows")
     return rows
 
 
-def _separators_of(path: Path) -> Separators:
+def separators(heading: str, lines: Sequence[str]) -> tuple[str, str]:
+    """What separates the columns of a `heading` (tab, semicolon or comma, " " for white
+    space), and the decimal mark in the `lines` below it ("" where it is ambiguous)."""
+    column = next((c for c in ("\t", ";", ",") if c in heading), " ")
+    if column == ",":
+        return ",", "."
+    cells = [
+        cell.strip('"')
+        for line in lines
+        for cell in (line.split() if column == " " else line.split(column))
+    ]
+    point, comma, both = (
+        any(kind.fullmatch(cell) for cell in cells)
+        for kind in (_WITH_POINT, _WITH_COMMA, _WITH_BOTH)
+    )
+    return column, "" if both or (point and comma) else "," if comma else "."
+
+
+def _separators_of(path: Path) -> tuple[str, str]:
     """Separator and decimal mark of a file; MeasurementError where they are
     ambiguous."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         lines = [line for line in file if line.strip() and not line.startswith("#")]
-    by = separators(lines[0], lines[1:]) if lines else Separators(",", ".")
-    if not by.decimal:
-        message = (
-            f"its columns are separated by {by.column!r}, its numbers written in two"
-            " ways"
-        )
-        raise MeasurementError(
-            f"{path}: {message}; save it with commas, and points in its numbers"
-        )
-    if by.column == " ":  # a single column
-        return Separators(";", by.decimal)
-    return by
+    column, decimal = separators(lines[0], lines[1:]) if lines else (",", ".")
+    require(
+        decimal,
+        f"{path}: its columns are separated by {column!r}, its numbers written in"
+        " two ways; save it with commas, and points in its numbers",
+    )
+    return ";" if column == " " else column, decimal  # " ": a single column
 
 
-def _require(
+def _require_each(
     path: Path, rows: pd.DataFrame, column: str, is_right, after: str, before: str = ""
 ) -> None:
     """MeasurementError for the first row that is not right, with its value and line."""
@@ -306,7 +317,7 @@ def _check_sds(path: Path, rows: pd.DataFrame) -> None:
     )
     for column in (c for c in SDS if c in rows):
         right = rows[column].isna() | rows[column].between(LEAST_SD, GREATEST_SD)
-        _require(path, rows, column, right, limits)
+        _require_each(path, rows, column, right, limits)
 
 
 def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
@@ -323,7 +334,7 @@ def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
                 f" {row + 2} is not a number"
             )
         rows[column] = finite
-        _require(path, rows, column, ~(rows[column].abs() > LARGEST), " cannot be")
+        _require_each(path, rows, column, ~(rows[column].abs() > LARGEST), " cannot be")
 
 
 def _drop_incomplete(
@@ -334,8 +345,7 @@ def _drop_incomplete(
     usable = np.isfinite(rows[columns].to_numpy(dtype=float)).all(axis=1)
     if usable.all():
         return rows, []
-    if not usable.any():
-        raise MeasurementError(f"{path}: no row has numbers in {', '.join(columns)}")
+    require(usable.any(), f"{path}: no row has numbers in {', '.join(columns)}")
     lines = [str(i + 2) for i in rows.index[~usable]]
     more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
     shown = ", ".join(lines[:5]) + more

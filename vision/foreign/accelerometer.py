@@ -14,7 +14,7 @@ import pandas as pd
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.foreign.source import TIME, Source, column, name_and_unit
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import require
 
 TOOL = "accelerometer table"
 AXES = 3
@@ -50,11 +50,11 @@ def read(source: Source) -> Contents:
         and _unit_of_time(h) in TIME
         and any(len(row) > k and isinstance(row[k], float) for row in rows[1:3])
     ]
-    if not clocks:
-        raise MeasurementError(
-            f"{path}: no column of time says its unit; write it behind the name, such"
-            " as time (s) or timestamp (ms)"
-        )
+    require(
+        clocks,
+        f"{path}: no column of time says its unit; write it behind the name, such"
+        " as time (s) or timestamp (ms)",
+    )
 
     def likeness(k: int) -> tuple[int, bool, int]:
         """Of several clocks the one named like the sensor is its own."""
@@ -77,20 +77,20 @@ def plate_tilt(
     [m/s²] or [g] (n, 3)."""
     known = np.isfinite(time) & np.isfinite(measured).all(axis=1)
     time, measured = time[known], measured[known]
-    if len(time) < 10 or np.ptp(time) <= 0:
-        raise MeasurementError(
-            f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10"
-        )
+    require(
+        len(time) >= 10 and np.ptp(time) > 0,
+        f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10",
+    )
     order = np.argsort(time, kind="stable")
     time, measured = time[order] - time.min(), measured[order]
     size = float(np.median(np.linalg.norm(measured, axis=1)))
     if 0.8 < size < 1.2:
         measured, size = measured * G_M_S2, size * G_M_S2
-    if not 0.8 * G_M_S2 < size < 1.2 * G_M_S2:
-        raise MeasurementError(
-            f"{path}: an acceleration of {size:.3g} m/s² at rest, so gravity is not in"
-            " it; record the acceleration with g for a tilt"
-        )
+    require(
+        0.8 * G_M_S2 < size < 1.2 * G_M_S2,
+        f"{path}: an acceleration of {size:.3g} m/s² at rest, so gravity is not in"
+        " it; record the acceleration with g for a tilt",
+    )
     angle = np.degrees(
         np.arctan2(np.hypot(measured[:, 0], measured[:, 1]), np.abs(measured[:, 2]))
     )

@@ -13,7 +13,7 @@ from benchtwin.vision.evidence.tables import Table, read_impacts_csv, read_track
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.contents import Contents, PointTrack
 from benchtwin.vision.foreign.unit_inference import fits_gravity, free_fall
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ def evidence_of(path: Path) -> Evidence:
         return Evidence("impacts.csv", "drop", found.keys)
     if found.waveform is not None:
         return Evidence("sound", "drop", found.keys)
-    if found.readings is not None:
-        raise MeasurementError(
-            f"{path}: heights that were read off: `benchtwin import` makes a"
-            " readings.csv of them"
-        )
+    require(
+        found.readings is None,
+        f"{path}: heights that were read off: `benchtwin import` makes a"
+        " readings.csv of them",
+    )
     if found.tilt is not None:
         low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
         raise MeasurementError(
@@ -57,10 +57,8 @@ def read_track(path: Path) -> Table:
     if not tool_of(path):
         return read_track_csv(path)
     found = read_foreign(path)
-    if not found.tracks:
-        raise MeasurementError(f"{path}: no track in it")
-    if found.doubt:
-        raise MeasurementError(f"{path}: {found.doubt}")
+    require(found.tracks, f"{path}: no track in it")
+    require(not found.doubt, f"{path}: {found.doubt}")
     point_track, choice = choose_track(path, found, None)
     guesses = (f"taken to be so: {g}" for g in found.guesses)
     questions = (f"not known: {q}" for q in found.questions)
@@ -72,13 +70,12 @@ def read_impacts(path: Path) -> Table:
     if not tool_of(path):
         return read_impacts_csv(path)
     runs = read_foreign(path).runs
-    if not runs:
-        raise MeasurementError(f"{path}: no impact times in it")
-    if len(runs) > 1:
-        raise MeasurementError(
-            f"{path}: {len(runs)} runs of impact times in it: `benchtwin import` makes"
-            " a recording of each"
-        )
+    require(runs, f"{path}: no impact times in it")
+    require(
+        len(runs) <= 1,
+        f"{path}: {len(runs)} runs of impact times in it: `benchtwin import` makes"
+        " a recording of each",
+    )
     return Table(impact_rows(path, *runs[0]))
 
 
@@ -89,7 +86,7 @@ def read_heard(path: Path) -> Sound:
     heard = read_foreign(path).waveform
     if heard is None:
         raise MeasurementError(f"{path}: no sound in it")
-    return Sound(path, heard.samples, heard.rate_hz, 0.0, lossy=False)
+    return heard
 
 
 def choose_track(
@@ -98,11 +95,11 @@ def choose_track(
     """The track of that number (from 1); without a number the longest that falls, or
     else the longest; and a note on the choice."""
     tracks = found.tracks
-    if number is not None and not 1 <= number <= len(tracks):
-        raise MeasurementError(
-            f"{path}: --track {number}: it holds {len(tracks)}"
-            f" track{'s' * (len(tracks) > 1)}"
-        )
+    require(
+        number is None or 1 <= number <= len(tracks),
+        f"{path}: --track {number}: it holds {len(tracks)}"
+        f" track{'s' * (len(tracks) > 1)}",
+    )
     if number is None and found.repeats:
         raise MeasurementError(
             f"{path}: {len(tracks)} repeats in it: `benchtwin import` makes a recording"

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.evidence.sound import Sound
+from benchtwin.vision.measurement import MeasurementError, require
 
 LEAST_ROWS = 3
 LARGEST = 1e9  # of a place or time, in any unit
@@ -24,14 +25,6 @@ class PointTrack:
     time: np.ndarray
     x: np.ndarray
     y: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Waveform:
-    """Sound as samples (n,) of full scale 1, `rate_hz` a second."""
-
-    samples: np.ndarray
-    rate_hz: float
 
 
 @dataclass(frozen=True)
@@ -53,7 +46,7 @@ class Contents:
     length_unit: str = "px"
     runs: tuple[tuple[str, np.ndarray], ...] = ()
     tilt: pd.DataFrame | None = None
-    waveform: Waveform | None = None
+    waveform: Sound | None = None
     readings: pd.DataFrame | None = None
     keys: dict[str, dict[str, Any]] = field(default_factory=dict)
     guesses: tuple[str, ...] = ()
@@ -73,11 +66,11 @@ def point_track(
     time, x, y = time[known], x[known], y[known]
     if len(time) < LEAST_ROWS:
         return None
-    if max(np.abs(x).max(), np.abs(y).max(), np.abs(time).max()) > LARGEST:
-        raise MeasurementError(
-            f"{path}: {name or 'the track'} holds a place or time above {LARGEST:g},"
-            " which cannot be"
-        )
+    require(
+        max(np.abs(x).max(), np.abs(y).max(), np.abs(time).max()) <= LARGEST,
+        f"{path}: {name or 'the track'} holds a place or time above {LARGEST:g},"
+        " which cannot be",
+    )
     order = np.argsort(time, kind="stable")
     time, x, y = time[order], x[order], y[order]
     if (twice := np.flatnonzero(np.diff(time) == 0)).size:
@@ -119,6 +112,5 @@ def require_tracks(
 ) -> tuple[PointTrack, ...]:
     """The tracks that are not None; MeasurementError where there are none."""
     tracks = tuple(t for t in found if t is not None)
-    if not tracks:
-        raise MeasurementError(f"{path}: no track of {LEAST_ROWS} or more places")
+    require(tracks, f"{path}: no track of {LEAST_ROWS} or more places")
     return tracks

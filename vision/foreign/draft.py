@@ -3,7 +3,7 @@ comments."""
 
 import re
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import pandas as pd
 import tomlkit
 from pydantic import BaseModel
 
+from benchtwin.bench.conditions import NAME, UNITS
 from benchtwin.bench.keys import Keys
 from benchtwin.bench.outlets import one_line
 from benchtwin.bench.rigs import RIGS, rigs_in_words
@@ -25,12 +26,8 @@ from benchtwin.vision.foreign.as_evidence import (
     track_rows,
 )
 from benchtwin.vision.foreign.contents import Contents
-from benchtwin.vision.foreign.file_names import (
-    conditions_in,
-    lengths_mm,
-    words_that_differ,
-)
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.foreign.source import LENGTH
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.recording import VIDEO_SUFFIXES, bare_recording
 from benchtwin.vision.tell_rig import rig_of_motion, told_rig
 
@@ -43,6 +40,21 @@ _COPIED = (
 # how a drafted recording.toml begins, with the name of its file
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv", "readings.csv")
+# "drop_150mm_3", "h 15,5 cm"; a unit that goes on is another word
+_LENGTH = re.compile(
+    r"(?<![\d.,])(\d+(?:[.,]\d+)?)[ _]?((?i:mm|cm|dm|in|ft)|m)(?![^\W_])"
+)
+_CONDITION = re.compile(  # "moisture12pct", "plate_at_25degC"
+    r"([^\W\d_]{2,})[ _-]?(\d+(?:[.,]\d+)?)[ _-]?"
+    r"(%|pct|percent|‰|ppm|rpm|hz|h?pa|kpa|mpa|°c|degc|°|deg)(?![^\W_])",
+    re.IGNORECASE,
+)
+_WORD = re.compile(r"[^\W\d_]{3,}")
+NO_CONDITION = {
+    *RIGS,
+    *("run", "test", "trial", "file", "video", "film", "img", "dsc", "mov", "track"),
+    *("raw", "data", "sound", "clap", "messung", "versuch", "export"),
+}
 BENCH_QUESTIONS = {  # by the keys that answer them
     "[seed] length_mm, width_mm, thickness_mm, mass_g": (
         "what was dropped, slid or rolled: its sizes and mass?"
@@ -141,11 +153,6 @@ class Draft:
         }  # what rows state, too
         return tuple(filter(None, (one.beside(stated) for one in out)))
 
-    @property
-    def all_questions(self) -> tuple[str, ...]:
-        """The questions of the file, and those whose keys are not stated."""
-        return (*self.questions, *(str(one) for one in self.asked))
-
 
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     """The recordings in one file, by its content; rig: "" where it is not
@@ -157,35 +164,25 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
         yield Draft(path.stem, path, kind, rig, path.name, None, guesses=guess)
         return
     found = read_foreign(path)
-    if found.tilt is not None:
-        if rig not in ("", "slide"):
-            raise MeasurementError(
-                f"{path}: the angle of a plate belongs to a slide, not to a {rig}"
-            )
-        _, guess = _guessed(rig, ("slide", "a plate tilts"))
-        yield _draft(path, path.stem, found, "slide", "tilt.csv", found.tilt, guess)
-    elif found.readings is not None:
-        if rig not in ("", "drop"):
-            raise MeasurementError(
-                f"{path}: heights of rebounds belong to a drop, not to a {rig}"
-            )
-        _, guess = _guessed(rig, ("drop", "heights of rebounds were read off"))
-        rows = found.readings
-        yield _draft(path, path.stem, found, "drop", "readings.csv", rows, guess)
-    elif found.waveform is not None:
+    read_off = "heights of rebounds were read off"
+    for own, evidence, table, why in (
+        ("slide", "tilt.csv", found.tilt, "a plate tilts"),
+        ("drop", "readings.csv", found.readings, read_off),
+    ):
+        if table is not None:
+            _, guess = _guessed(_only(path, rig, own, why), (own, why))
+            yield _draft(path, path.stem, found, own, evidence, table, guess)
+            return
+    if found.waveform is not None:
         _, guess = _guessed(rig, ("drop", "impacts were heard"))
         yield Draft(path.stem, path, found.tool, "drop", path.name, None, guesses=guess)
     elif found.runs:
-        if rig not in ("", "drop"):
-            raise MeasurementError(
-                f"{path}: impact times belong to a drop, not to a {rig}"
-            )
-        if track is not None and not 1 <= track <= len(found.runs):
-            raise MeasurementError(
-                f"{path}: --track {track}: it holds {len(found.runs)} runs of impact"
-                " times"
-            )
-        _, guess = _guessed(rig, ("drop", "impacts were heard"))
+        require(
+            track is None or 1 <= track <= len(found.runs),
+            f"{path}: --track {track}: it holds {len(found.runs)} runs of impact times",
+        )
+        heard = "impacts were heard"
+        _, guess = _guessed(_only(path, rig, "drop", heard), ("drop", heard))
         for number, (name, times) in enumerate(found.runs, 1):
             if track in (None, number):
                 stem = path.stem if len(found.runs) == 1 else f"{path.stem}-{number}"
@@ -221,6 +218,13 @@ def _guessed(rig: str, told: tuple[str, str] | None) -> tuple[str, tuple[str, ..
     if rig or told is None:
         return rig, ()
     return told[0], (f'rig = "{told[0]}": {told[1]}',)
+
+
+def _only(path: Path, rig: str, own: str, why: str) -> str:
+    """The rig as stated; MeasurementError where what the file holds belongs to another,
+    its `own`."""
+    require(rig in ("", own), f"{path}: {why}: it is of a {own}, not of a {rig}")
+    return rig
 
 
 def _told(path: Path) -> tuple[str, str] | None:
@@ -261,7 +265,7 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
             shutil.copyfile(draft.file, evidence)
         else:
             draft.table.to_csv(evidence, index=False, float_format="%.9g")
-        for question in draft.all_questions:
+        for question in (*draft.questions, *map(str, draft.asked)):
             whose.setdefault(question, []).append(draft.name)
     alike = [q for q, names in whose.items() if 1 < len(names) == len(drafts)]
     questions = [f"{', '.join(whose[q])}: {q}" for q in whose if q not in alike]
@@ -325,3 +329,41 @@ def _recording_toml(draft: Draft) -> str:
 
 def _comment(text: str):
     return tomlkit.comment(one_line(text))
+
+
+def lengths_mm(name: str) -> list[float]:
+    """The lengths in a name [mm].
+
+    >>> lengths_mm("drop_150mm_3"), lengths_mm("Fall aus 15,5 cm"), lengths_mm("1-18-M")
+    ([150.0], [155.0], [])
+    """
+    return [
+        round(float(number.replace(",", ".")) * LENGTH[unit.lower()], 3)
+        for number, unit in _LENGTH.findall(name)
+    ]
+
+
+def conditions_in(name: str) -> dict[str, float]:
+    """Keys of [conditions] that a name states: a word, a number and a unit.
+
+    >>> conditions_in("drop_moisture_12pct_3")
+    {'moisture_pct': 12.0}
+    """
+    return {
+        f"{word.lower()}_{UNITS[unit.lower()]}": float(number.replace(",", "."))
+        for word, number, unit in _CONDITION.findall(name)
+        if NAME.fullmatch(word)
+    }
+
+
+def words_that_differ(names: Sequence[str]) -> list[str]:
+    """Words by which names form groups, each of more than one file on average.
+
+    >>> words_that_differ(["steel-1", "steel-2", "glass-1", "glass-2"])
+    ['glass', 'steel']
+    """
+    held = [{w.lower() for w in _WORD.findall(n)} - NO_CONDITION for n in names]
+    groups = {frozenset(words) for words in held}
+    if not 1 < len(groups) <= len(names) / 2:
+        return []
+    return sorted(set().union(*groups) - set.intersection(*map(set, groups)))

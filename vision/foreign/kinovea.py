@@ -18,7 +18,7 @@ from benchtwin.vision.foreign.contents import (
 )
 from benchtwin.vision.foreign.source import LENGTH, Source, column
 from benchtwin.vision.foreign.unit_inference import infer_units
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "Kinovea"
 _TEXT = "#Kinovea Trajectory data export"
@@ -58,10 +58,10 @@ def _table(source: Source) -> Contents:
         if not heading.endswith("/X"):
             continue
         name = heading[:-2]
-        if f"{name}/Y" not in headings:
-            raise MeasurementError(
-                f"{path}: column {name}/Y is missing beside {heading}"
-            )
+        require(
+            f"{name}/Y" in headings,
+            f"{path}: column {name}/Y is missing beside {heading}",
+        )
         x = column(path, rows, k, heading, 2)
         y = column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2)
         tracks.append(point_track(path, name.removesuffix("/0"), time, x, y))
@@ -90,11 +90,11 @@ def _text(source: Source) -> Contents:
             raise MeasurementError(
                 f"{source.path}: line {k} is not a time, an x and a y ({line[:40]!r})"
             ) from error
-        if len(cells) < 3:
-            raise MeasurementError(
-                f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and"
-                " a y are to be in it"
-            )
+        require(
+            len(cells) >= 3,
+            f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and"
+            " a y are to be in it",
+        )
     tracks = tracks_of(source.path, blocks)
     return infer_units(source.path, TOOL, tracks, "s" if clocked else "", "", "up")
 
@@ -171,10 +171,10 @@ def _numbers(
         numbers = [float(cell) for cell in (text or "").strip().split(";")[:count]]
     except ValueError:
         numbers = []
-    if len(numbers) < count:
-        raise MeasurementError(
-            f"{source.path}: {what} is {(text or '')[:30]!r}; it should be {form}"
-        )
+    require(
+        len(numbers) >= count,
+        f"{source.path}: {what} is {(text or '')[:30]!r}; it should be {form}",
+    )
     return numbers
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from benchtwin.vision.foreign.contents import Contents, numbered, tracks_of
 from benchtwin.vision.foreign.source import Source, column
 from benchtwin.vision.foreign.unit_inference import infer_units
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import require
 
 TOOL = "ImageJ Manual Tracking"
 _TRACK, _SLICE = re.compile(r"track\s*n"), re.compile(r"slice\s*n")
@@ -29,11 +29,11 @@ def read(source: Source) -> Contents:
         next((k for k, h in enumerate(headings) if match(h)), -1)
         for match in (_TRACK.match, _SLICE.match, "x".__eq__, "y".__eq__)
     ]
-    if -1 in places:
-        raise MeasurementError(
-            f"{path}: columns Track, Slice, X and Y are to be in it; found"
-            f" {', '.join(headings)[:200]}"
-        )
+    require(
+        -1 not in places,
+        f"{path}: columns Track, Slice, X and Y are to be in it; found"
+        f" {', '.join(headings)[:200]}",
+    )
     number, frame, x, y = (column(path, rows, k, headings[k], 2) for k in places)
     tracks = tracks_of(path, numbered(number, frame, x, y))
     questions = []

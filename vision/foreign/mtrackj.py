@@ -4,7 +4,7 @@ pixels, y down, t the frame."""
 from benchtwin.vision.foreign.contents import Contents, tracks_of
 from benchtwin.vision.foreign.source import Source
 from benchtwin.vision.foreign.unit_inference import infer_units
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "MTrackJ"
 
@@ -31,10 +31,7 @@ def read(source: Source) -> Contents:
                 (name if cluster in ("", "1") else f"{name} of cluster {cluster}", [])
             )
         elif word == "Point":
-            if not listed:
-                raise MeasurementError(
-                    f"{source.path}: line {k} is a Point before any Track"
-                )
+            require(listed, f"{source.path}: line {k} is a Point before any Track")
             listed[-1][1].append(_point(source, k, rest))
     tracks = tracks_of(source.path, listed)
     return infer_units(source.path, TOOL, tracks, "frame", "px", "down")

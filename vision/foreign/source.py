@@ -13,9 +13,9 @@ import defusedxml.ElementTree
 import numpy as np
 from defusedxml.common import DefusedXmlException
 
-from benchtwin.vision.evidence.separators import separators
+from benchtwin.vision.evidence.tables import separators
 from benchtwin.vision.foreign.apart import MATLAB, sheets_of
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
 MOST_UNPACKED = 10 * MOST_BYTES  # of a workbook
@@ -78,13 +78,12 @@ class Source:
     def __init__(self, path: Path):
         self.path = path
         size = path.stat().st_size
-        if size == 0:
-            raise MeasurementError(f"{path}: the file is empty (0 bytes)")
-        if size > MOST_BYTES:
-            raise MeasurementError(
-                f"{path}: {size / 1e6:.0f} MB; a file of another tool has"
-                f" {MOST_BYTES / 1e6:.0f} MB at most"
-            )
+        require(size != 0, f"{path}: the file is empty (0 bytes)")
+        require(
+            size <= MOST_BYTES,
+            f"{path}: {size / 1e6:.0f} MB; a file of another tool has"
+            f" {MOST_BYTES / 1e6:.0f} MB at most",
+        )
         with path.open("rb") as file:
             self.head = file.read(HEAD)
 
@@ -159,10 +158,10 @@ class Source:
             raise MeasurementError(
                 f"{self.path}: {name} in it is damaged or locked ({error})"
             ) from error
-        if len(content) > MOST_BYTES:
-            raise MeasurementError(
-                f"{self.path}: {name} unpacks to more than {MOST_BYTES / 1e6:.0f} MB"
-            )
+        require(
+            len(content) <= MOST_BYTES,
+            f"{self.path}: {name} unpacks to more than {MOST_BYTES / 1e6:.0f} MB",
+        )
         return content
 
     @cached_property
@@ -253,21 +252,21 @@ def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
         if sum(c in line for line in few) > len(few) / 2
         and any(c in line for line in words)
     )
-    by = separators(next(often, " "), lines)
-    if not by.decimal and strict:
+    by, decimal = separators(next(often, " "), lines)
+    if not decimal and strict:
         raise ValueError(
             "numbers with points and with commas, or with thousands marked; save it"
             " with one kind"
         )
-    if by.column == " ":
-        return [[_cell(c, by.decimal) for c in line.split()] for line in lines]
+    if by == " ":
+        return [[_cell(c, decimal) for c in line.split()] for line in lines]
     try:
-        rows = list(csv.reader(lines, delimiter=by.column))
+        rows = list(csv.reader(lines, delimiter=by))
     except csv.Error as error:
         if not strict:
             return []
         raise ValueError(f"not a table ({error})") from error
-    return [[_cell(c, by.decimal) for c in row] for row in rows]
+    return [[_cell(c, decimal) for c in row] for row in rows]
 
 
 def _decoded(content: bytes) -> str:

@@ -5,15 +5,14 @@ A table is told by its headings: "Drop height (m)", "Return height 1 (m)", "Boun
 number", "Rücksprunghöhe / cm". Several columns of rebounds are repeats."""
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.foreign.source import LENGTH, Rows, Source, column
-from benchtwin.vision.foreign.table_of_places import heading_and_unit
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.foreign.table_of_places import Heading, heading_and_unit
+from benchtwin.vision.measurement import require
 
 TOOL = "table of heights"
 DROP, BOUNCE, REBOUND = "height_mm", "bounce", "rebound_height_mm"
@@ -24,15 +23,6 @@ KINDS = {
     REBOUND: rf"((return|rebound|bounce|rück\w*|sprung|aufprall)\W*{_HIGH}){_NUMBER}",
     BOUNCE: r"(bounce|impact|aufprall|sprung)s?(\W*(number|no|nr|nummer|n|#))?\W*",
 }
-
-
-@dataclass(frozen=True)
-class _Column:
-    """holds: a column of readings.csv, "" for anything else; mm: in its unit, 0 where
-    none is named."""
-
-    holds: str
-    mm: float
 
 
 def recognises(source: Source) -> bool:
@@ -51,15 +41,14 @@ def read(source: Source) -> Contents:
     for k, told in enumerate(columns):
         if told.holds:
             name = str(rows[0][k])
-            if told.holds != BOUNCE and not told.mm:
-                raise MeasurementError(
-                    f"{source.path}: {name} has no unit; write it into the heading,"
-                    f" such as {name} (mm)"
-                )
+            require(
+                told.holds == BOUNCE or told.unit in LENGTH,
+                f"{source.path}: {name} has no unit; write it into the heading,"
+                f" such as {name} (mm)",
+            )
             values[k] = column(source.path, rows[1:], k, name, 2)
     table = pd.DataFrame(_stacked(columns, values)).dropna(subset=[REBOUND])
-    if table.empty:
-        raise MeasurementError(f"{source.path}: no height of a rebound in it")
+    require(not table.empty, f"{source.path}: no height of a rebound in it")
     return Contents(TOOL, readings=table)
 
 
@@ -68,7 +57,7 @@ def _sheet(source: Source) -> Rows:
     return next((rows for rows in source.sheets.values() if _columns(rows)), [])
 
 
-def _stacked(columns: list[_Column], values: dict[int, np.ndarray]) -> list[dict]:
+def _stacked(columns: list[Heading], values: dict[int, np.ndarray]) -> list[dict]:
     """Rows of readings.csv: each row of the table once for each column of rebounds,
     successive bounces column by column."""
     high = [k for k, c in enumerate(columns) if c.holds == REBOUND]
@@ -77,14 +66,15 @@ def _stacked(columns: list[_Column], values: dict[int, np.ndarray]) -> list[dict
     order = [(i, k) for i in range(count) for k in high]
     if BOUNCE in beside:
         order.sort(key=lambda place: place[1])
+    mm = [LENGTH.get(c.unit, 1.0) for c in columns]
     return [
-        {name: (columns[b].mm or 1.0) * values[b][i] for name, b in beside.items()}
-        | {REBOUND: columns[k].mm * values[k][i]}
+        {name: mm[b] * values[b][i] for name, b in beside.items()}
+        | {REBOUND: mm[k] * values[k][i]}
         for i, k in order
     ]
 
 
-def _columns(rows: Rows) -> list[_Column]:
+def _columns(rows: Rows) -> list[Heading]:
     """What the columns of a table hold; [] where it is none of heights."""
     if len(rows) < 2 or not any(isinstance(cell, float) for cell in rows[1]):
         return []
@@ -94,7 +84,7 @@ def _columns(rows: Rows) -> list[_Column]:
     return found if REBOUND in held and once else []
 
 
-def _column(cell: object) -> _Column:
+def _column(cell: object) -> Heading:
     name, unit = heading_and_unit(cell)
     holds = next((k for k, words in KINDS.items() if re.fullmatch(words, name)), "")
-    return _Column(holds, LENGTH.get(unit, 0.0))
+    return Heading(holds, unit)

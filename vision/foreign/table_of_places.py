@@ -32,7 +32,7 @@ from benchtwin.vision.foreign.source import (
     name_and_unit,
 )
 from benchtwin.vision.foreign.unit_inference import free_fall, infer_units
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import require
 
 TOOL = "table of places"
 CLOCKS = re.compile(
@@ -164,12 +164,12 @@ def read(source: Source) -> Contents:
             tracks += _tracks(source, name, rows, at, headings)
             units.append(_units(source, headings))
             alone |= {h.holds for h in headings} & PLACES
-    if not units:
-        raise MeasurementError(f"{path}: no heading names a time and a place")
+    require(units, f"{path}: no heading names a time and a place")
     time_unit, length_unit = (_one_unit(source, {*unit}) for unit in zip(*units))
     guesses, one_length = [], not {"x", "y"} <= alone
     if bare:
-        guesses.append(f"no headings: the {len(bare)} columns are {_in_words(bare)}")
+        held = ", ".join("t" if h.holds == "clock" else h.holds for h in bare)
+        guesses.append(f"no headings: the {len(bare)} columns are {held}")
     if one_length:
         guesses.append(
             "one length a row: taken as the "
@@ -185,23 +185,17 @@ def _bare(source: Source) -> list[Heading]:
     first and something falls freely in the last."""
     head = source.first_rows
     wide = len(head[0])
-    if not source.is_text or wide not in (2, 3) or len(head) < LEAST_ROWS:
-        return []
-    if any(len(r) != wide or not all(isinstance(c, float) for c in r) for r in head):
+    numbers = all(len(r) == wide and all(isinstance(c, float) for c in r) for r in head)
+    if not (source.is_text and wide in (2, 3) and len(head) >= LEAST_ROWS and numbers):
         return []
     rows = [r for r in source.rows if len(r) == wide and isinstance(r[0], float)]
-    columns = [column(source.path, rows, k, "a place", 1) for k in range(wide)]
-    if not (np.diff(columns[0]) > 0).all():
-        return []
-    across = columns[1] if wide == 3 else np.zeros(len(rows))
-    if free_fall(columns[0], across, columns[-1]) is None:
+    time, *places = (column(source.path, rows, k, "a place", 1) for k in range(wide))
+    across = places[0] if wide == 3 else np.zeros(len(rows))
+    runs = (np.diff(time) > 0).all()
+    if not runs or free_fall(time, across, places[-1]) is None:
         return []
     names = ("clock", "y") if wide == 2 else ("clock", "x", "y")
     return [Heading(name, "") for name in names]
-
-
-def _in_words(headings: list[Heading]) -> str:
-    return ", ".join("t" if h.holds == "clock" else h.holds for h in headings)
 
 
 def _tracks(
@@ -215,11 +209,11 @@ def _tracks(
     times, xs = _columns(headings, "clock", "count"), _columns(headings, "x")
     numbers = _of_numbers(rows[first:], times)
     ys = _columns(headings, "y") or ([] if xs else _columns(headings, "length"))
-    if xs and ys and len(xs) != len(ys):
-        raise MeasurementError(
-            f"{path}: {len(xs)} columns x and {len(ys)} columns y; each track has one"
-            " of both"
-        )
+    require(
+        not xs or not ys or len(xs) == len(ys),
+        f"{path}: {len(xs)} columns x and {len(ys)} columns y; each track has one"
+        " of both",
+    )
     tracks: list[PointTrack | None] = []
     for k in range(max(len(xs), len(ys))):
         here = [columns[k] for columns in (xs, ys) if columns]
@@ -285,9 +279,9 @@ def _one_length(length: np.ndarray, is_x: bool) -> tuple[np.ndarray, np.ndarray]
 
 
 def _one_unit(source: Source, units: set[str]) -> str:
-    if len(units) > 1:
-        raise MeasurementError(
-            f"{source.path}: its columns have several units; x and y of all tracks are"
-            " to have one, and t one"
-        )
+    require(
+        len(units) <= 1,
+        f"{source.path}: its columns have several units; x and y of all tracks are"
+        " to have one, and t one",
+    )
     return units.pop()

@@ -18,7 +18,7 @@ from benchtwin.vision.foreign.contents import (
 )
 from benchtwin.vision.foreign.source import LENGTH, Source
 from benchtwin.vision.foreign.unit_inference import infer_units
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "Tracker"
 _PANEL, _ANY = "tracker.TrackerPanel", b"org.opensourcephysics.cabrillo.tracker."
@@ -68,11 +68,11 @@ def read(source: Source) -> Contents:
     points = [
         item for item in _items(panel) if item.get("class", "").endswith(".PointMass")
     ]
-    if not points:
-        raise MeasurementError(
-            f"{source.path}: no point mass that was tracked; a model or a ruler is no"
-            " measurement"
-        )
+    require(
+        points,
+        f"{source.path}: no point mass that was tracked; a model or a ruler is no"
+        " measurement",
+    )
     tracks = []
     for item in points:
         frames, places = _places(source, item, systems)
@@ -131,19 +131,19 @@ def _panel(source: Source) -> tuple[Element, str]:
     name = source.path.name
     if source.is_zip:
         inside = [m for m in source.members if m.lower().endswith(".trk")]
-        if len(inside) > 1:
-            raise MeasurementError(
-                f"{source.path}: {len(inside)} .trk files in it; unpack it and take one"
-                f" ({', '.join(inside)[:200]})"
-            )
+        require(
+            len(inside) <= 1,
+            f"{source.path}: {len(inside)} .trk files in it; unpack it and take one"
+            f" ({', '.join(inside)[:200]})",
+        )
         name = inside[0]
         panel = source.parsed(source.member(name))
     else:
         panel = source.xml
-    if _PANEL not in panel.get("class", ""):
-        raise MeasurementError(
-            f"{source.path}: {name} holds several tabs or none; save one tab as .trk"
-        )
+    require(
+        _PANEL in panel.get("class", ""),
+        f"{source.path}: {name} holds several tabs or none; save one tab as .trk",
+    )
     return panel, name
 
 
@@ -160,14 +160,13 @@ def _systems(source: Source, coords: Element | None) -> dict[int, _System]:
                 f"{source.path}: its coordinate system at frame {frame} lacks origin or"
                 " scale"
             )
-        if not all(1e-9 < abs(s) < 1e12 for s in (x_scale, y_scale)):
-            raise MeasurementError(
-                f"{source.path}: a scale of {x_scale:g} pixels a unit at frame {frame}"
-                " cannot be"
-            )
+        require(
+            all(1e-9 < abs(s) < 1e12 for s in (x_scale, y_scale)),
+            f"{source.path}: a scale of {x_scale:g} pixels a unit at frame {frame}"
+            " cannot be",
+        )
         systems[frame] = _System(x0, y0, angle or 0.0, (x_scale, y_scale))
-    if not systems:
-        raise MeasurementError(f"{source.path}: no coordinate system in it")
+    require(systems, f"{source.path}: no coordinate system in it")
     return systems
 
 
@@ -209,6 +208,8 @@ def _text(element: Element, name: str) -> str:
 
 def _number(source: Source, element: Element | None, name: str) -> float | None:
     value = None if element is None else source.number(_text(element, name), name)
-    if value is not None and not np.isfinite(value):
-        raise MeasurementError(f"{source.path}: {name} = {value} is not finite")
+    require(
+        value is None or np.isfinite(value),
+        f"{source.path}: {name} = {value} is not finite",
+    )
     return value

@@ -16,7 +16,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.vision.foreign.contents import Contents, PointTrack, require_tracks
 from benchtwin.vision.foreign.source import FRAMES, LENGTH, PIXELS, TIME
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import require
 
 _WITHOUT_UNIT = ("m", "cm", "mm", "in", "ft")
 _SLOWEST_STEP_S = 0.2  # from frame to frame; a larger step is of milliseconds
@@ -43,24 +43,22 @@ _LENGTHS = {
 
 @dataclass(frozen=True)
 class Fall:
-    """A free flight in a track: acceleration along y, duration, and worth (sagitta less
-    a multiple of the misfit), in the track's units."""
+    """A free flight in a track: acceleration along y, and worth (sagitta less a
+    multiple of the misfit), in the track's units."""
 
     acceleration: float
-    duration: float
     worth: float
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
     """Parabolas through w windows of n rows. pull (w, 2): acceleration along x and y;
-    sagitta (w, 2): signed, along each; misfit (w, 2): rms about them; span (w,)."""
+    sagitta (w, 2): signed, along each; misfit (w, 2): rms about them."""
 
     rows: int
     pull: np.ndarray
     sagitta: np.ndarray
     misfit: np.ndarray
-    span: np.ndarray
 
 
 def parabolas_in(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Iterator[Windows]:
@@ -83,7 +81,7 @@ def parabolas_in(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Iterator[Win
         )
         misfit = np.std(both - np.einsum("wri,wik->wrk", powers, fitted), axis=1)
         bend = fitted[:, 2]
-        yield Windows(n, 2 * bend / span[:, None] ** 2, bend / 4, misfit, span)
+        yield Windows(n, 2 * bend / span[:, None] ** 2, bend / 4, misfit)
 
 
 def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
@@ -99,7 +97,7 @@ def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
             & (sagitta > LEAST_SAGITTA * extent)
             & (aside < LARGEST_SIDEWAYS * sagitta)
         ):
-            found.append(Fall(float(w.pull[k, 1]), float(w.span[k]), float(worth[k])))
+            found.append(Fall(float(w.pull[k, 1]), float(worth[k])))
     return found
 
 
@@ -138,10 +136,8 @@ def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str
         near.insert(
             0, f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second"
         )
-    if near:
-        meant = f": are the {' or the '.join(near)}?"
-    else:
-        meant = ": in which units are its times and lengths?"
+    asked = f": are the {' or the '.join(near)}?"
+    meant = asked if near else ": in which units are its times and lengths?"
     shown = f"{best:,.0f}" if 100 <= best < 1e9 else f"{best:.3g}"
     return f"the fall accelerates by {shown} m/s²{meant}"
 
@@ -212,11 +208,11 @@ def _whole(*numbers: np.ndarray) -> bool:
 
 
 def _factor(path: Path, what: str, unit: str, units: dict[str, float]) -> float:
-    if unit not in units:
-        raise MeasurementError(
-            f"{path}: its unit of {what} is {unit[:30]!r}; known are"
-            f" {', '.join(list(units)[:12])} …"
-        )
+    require(
+        unit in units,
+        f"{path}: its unit of {what} is {unit[:30]!r}; known are"
+        f" {', '.join(list(units)[:12])} …",
+    )
     return units[unit]
 
 

@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 
-from benchtwin.vision.evidence.sound import LEAST_S, LONGEST_S, RATES_HZ
-from benchtwin.vision.foreign.contents import Contents, Waveform
+from benchtwin.vision.evidence.sound import LEAST_S, LONGEST_S, RATES_HZ, Sound
+from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.foreign.source import TIME, Rows, Source, column
 from benchtwin.vision.foreign.table_of_places import parsed
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "waveform"
 LEAST_ROWS = round(LEAST_S * RATES_HZ[0])
@@ -53,12 +53,12 @@ def read(source: Source) -> Contents:
     samples = _samples(source)
     two = len(_numbers(source.first_rows[at])) == 2
     rate = 1 / _step(source, source.rows[at:], at) if two else _stated_rate(source, at)
-    if not rate:
-        raise MeasurementError(
-            f"{path}: {len(samples):,} samples of a sound without their rate; at"
-            f" {USUAL_HZ:,} a second they last {len(samples) / USUAL_HZ:.3g} s; write"
-            f' it above them, such as "sample rate {USUAL_HZ} Hz"'
-        )
+    require(
+        rate,
+        f"{path}: {len(samples):,} samples of a sound without their rate; at"
+        f" {USUAL_HZ:,} a second they last {len(samples) / USUAL_HZ:.3g} s; write"
+        f' it above them, such as "sample rate {USUAL_HZ} Hz"',
+    )
     if not RATES_HZ[0] <= 1.01 * rate or rate > RATES_HZ[1]:
         low, high = RATES_HZ
         raise MeasurementError(
@@ -67,7 +67,8 @@ def read(source: Source) -> Contents:
     level = samples[: round(LONGEST_S * rate)]
     level = level - np.median(level)
     level *= FULL / max(float(np.abs(level).max()), 1e-300)
-    return Contents(TOOL, waveform=Waveform(level.astype(np.float32), float(rate)))
+    heard = Sound(path, level.astype(np.float32), float(rate), 0.0, lossy=False)
+    return Contents(TOOL, waveform=heard)
 
 
 def _first_numbers(rows: Rows) -> int:
@@ -103,18 +104,16 @@ def _samples(source: Source) -> np.ndarray:
 def _step(source: Source, rows: Rows, at: int) -> float:
     """Time between rows [s], infinite where it is not even or beside a place."""
     heads = [parsed(cell) for cell in source.first_rows[at - 1]] if at else []
-    if any(h.holds in ("x", "y", "length") for h in heads):
-        return np.inf
     time = np.array([_numbers(row)[0] for row in rows if len(_numbers(row)) == 2])
     steps = np.diff(time)
-    if not steps.size or not (steps > 0).all():
+    place = any(h.holds in ("x", "y", "length") for h in heads)
+    if place or not steps.size or not (steps > 0).all():
         return np.inf
     step = float(time[-1] - time[0]) / len(steps)
     digits = 10 ** np.floor(np.log10(max(abs(time[-1]), 1e-300)) - 5)  # of rounding
-    if np.abs(steps - step).max() > EVEN * step + digits:
-        return np.inf
+    even = np.abs(steps - step).max() <= EVEN * step + digits
     unit = next((h.unit for h in heads if h.holds == "clock"), "")
-    return step * TIME.get(unit, 1.0)
+    return step * TIME.get(unit, 1.0) if even else np.inf
 
 
 def _stated_rate(source: Source, at: int) -> float:

@@ -26,6 +26,7 @@ MOVES_SD = 6.0
 # light
 FAINTEST = 0.03
 MOST = 4  # things measured in a frame: seed, mirror image, shadow, clamp or hand
+LEAST_POWER = 0.02  # of the strongest of them
 LARGEST = 0.10  # of the picture: larger things are hands
 # pixels between 20 and 80 % coverage per pixel of a sharp outline, in a picture
 # smoothed by a pixel
@@ -98,25 +99,24 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
     if not mask.any():
         return []
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    _, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     strength = np.sqrt(
         np.maximum(weighted_product(shift, shift, background_sds, SHADOW), 0)
     )
     candidates = []
-    for k in range(1, count):
-        left, top, wide, high, area = boxes[k]
-        if area < 2 or area > LARGEST * mask.size:
-            continue
-        here = labels[top : top + high, left : left + wide] == k
-        power = float(strength[top : top + high, left : left + wide][here].sum())
-        candidates.append((power, left, top, wide, high, here))
-    candidates.sort(key=lambda c: -c[0])
-    found: list[Silhouette | None] = []
-    for strong, left, top, wide, high, here in candidates[:MOST]:
-        if found and strong < 0.02 * candidates[0][0]:
-            break
-        gain = float(light[top : top + high, left : left + wide].mean())
-        found.append(_measure(pixels, scene, gain, left, top, wide, high, here))
+    area = boxes[1:, cv2.CC_STAT_AREA]  # of all but the background
+    for k in 1 + np.flatnonzero((area >= 2) & (area <= LARGEST * mask.size)):
+        left, top, wide, high, _ = boxes[k]
+        at = np.s_[top : top + high, left : left + wide]
+        here = labels[at] == k
+        power, gain = float(strength[at][here].sum()), float(light[at].mean())
+        candidates.append((power, gain, left, top, wide, high, here))
+    candidates = sorted(candidates, key=lambda c: -c[0])[:MOST]
+    found = (
+        _measure(pixels, scene, *thing)
+        for power, *thing in candidates
+        if power >= LEAST_POWER * candidates[0][0]
+    )
     return [f for f in found if f is not None]
 
 
@@ -200,8 +200,6 @@ def _outline(
         share = strength / level
         above = (share > 0.5) & (strength > 4 * 0.29)
     count, labels = cv2.connectedComponents(above.astype(np.uint8), connectivity=4)
-    if count < 2:
-        return None
     held = np.bincount(labels[(rough > 0) & (labels > 0)], minlength=count)
     if held.max() == 0:
         return None
@@ -317,17 +315,13 @@ def _moments(
 ) -> Silhouette | None:
     """Centroid, second moments, and their sds by error propagation from the pixels;
     None below 4 px."""
-    x0, y0 = patch.x0, patch.y0
-    area = float(coverage.sum())
+    moments = cv2.moments(coverage)
+    area = moments["m00"]
     if area < 4:
         return None
-    rows, columns = coverage.shape
-    u, v = np.arange(columns, dtype=float), np.arange(rows, dtype=float)
-    across, down = coverage.sum(axis=0), coverage.sum(axis=1)
-    x, y = float(across @ u / area), float(down @ v / area)
-    du, dv = u - x, v - y
-    xx, yy = float(across @ du**2 / area), float(down @ dv**2 / area)
-    xy = float(dv @ coverage @ du / area)
+    order = ("m10", "m01", "mu20", "mu02", "mu11")
+    x, y, xx, yy, xy = (moments[k] / area for k in order)
+    du, dv = (np.arange(n) - at for n, at in zip(coverage.shape[::-1], (x, y)))
     variance = error**2
     sd = (
         np.sqrt((variance.sum(axis=0) @ du**2 + variance.sum(axis=1) @ dv**2) / 2)
@@ -336,22 +330,14 @@ def _moments(
     p, q = xx - yy, 2 * xy
     turn = (np.outer(dv, 2 * du) - q) * p - (du**2 - (dv**2)[:, None] - p) * q
     size = p**2 + q**2
-    if size > 1e-9:
-        angle_sd = 0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size)
-    else:
-        angle_sd = np.inf
-    ys = np.nonzero(outline.mask.any(axis=1))[0]
-    xs = np.nonzero(outline.mask.any(axis=0))[0]
-    height, width = shape
-    cut = bool(
-        x0 + xs[0] <= 1
-        or y0 + ys[0] <= 1
-        or x0 + xs[-1] >= width - 2
-        or y0 + ys[-1] >= height - 2
-    )
+    power = np.sqrt((variance * turn**2).sum())
+    angle_sd = 0.5 * np.degrees(power / area / size) if size > 1e-9 else np.inf
+    left, top, wide, high = cv2.boundingRect(outline.mask)
+    left, top = left + patch.x0, top + patch.y0
+    inside = left + wide < shape[1] - 1 and top + high < shape[0] - 1
     return Silhouette(
-        x0 + x,
-        y0 + y,
+        patch.x0 + x,
+        patch.y0 + y,
         float(np.hypot(sd, FLOOR_PX)),
         area,
         outline.contrast,
@@ -359,7 +345,7 @@ def _moments(
         yy,
         xy,
         float(angle_sd),
-        cut,
+        not (min(left, top) > 1 and inside),
         outline.colour,
         outline.background_sds,
         patch,

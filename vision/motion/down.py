@@ -1,7 +1,7 @@
 """Which way a seed falls in a picture: down, unless the picture lies on its side or the
 camera was held askew."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,40 +25,30 @@ ALIKE = 0.1
 LEAST_SHARE = 0.5  # of the worth of all parabolas, that of those which agree
 
 
-@dataclass(frozen=True)
-class Fall:
-    """Direction of the falls of a track [deg], clockwise from straight down, and its
-    sd."""
-
-    deg: float
-    sd: float
-
-
-def direction_of_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:
-    """The direction in which most of what flies in a track accelerates, y up; None
-    where nothing does, or not in one."""
+def direction_of_fall(
+    time: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> tuple[float, float] | None:
+    """The direction [deg, clockwise from straight down] in which most of what flies in
+    a track accelerates, y up, and its sd; None where nothing does, or not in one."""
     extent = max(float(np.ptp(x)), float(np.ptp(y)))
-    pulls, worths, sds = [], [], []
+    told = [np.empty((0, 4))]  # acceleration along x and y, worth, sd of its direction
     for w in parabolas_in(time, x, y) if extent > 0 else ():
         sagitta, misfit = np.hypot(*w.sagitta.T), np.hypot(*w.misfit.T)
         worth = sagitta - misfit / LARGEST_MISFIT
         kept = (worth > 0) & (sagitta > LEAST_SAGITTA * extent)
-        pulls.append(w.pull[kept])
-        worths.append(worth[kept])
         # of a parabola's bend, n rows of sd σ over a span of 1: σ √(180/n)
         bend = misfit[kept] * np.sqrt(180 / w.rows) / (4 * sagitta[kept])
-        sds.append(np.degrees(bend))
-    if not pulls or not len(worth := np.concatenate(worths)):
+        told.append(np.c_[w.pull[kept], worth[kept], np.degrees(bend)])
+    pull, worth, sd = np.split(np.concatenate(told), (2, 3), axis=1)
+    if not len(worth):
         return None
-    pull, sd = np.concatenate(pulls), np.concatenate(sds)
-    best = pull[np.argmax(worth)]
+    best = pull[worth.argmax()]
     alike = np.hypot(*(pull - best).T) < ALIKE * np.hypot(*best)
     if worth[alike].sum() < LEAST_SHARE * worth.sum():
         return None
-    mean = (worth[alike, None] * pull[alike]).sum(0)
-    return Fall(
-        float(np.degrees(np.arctan2(-mean[0], -mean[1]))), float(sd[alike].min())
-    )
+    mean = (worth[alike] * pull[alike]).sum(0)
+    deg = np.degrees(np.arctan2(-mean[0], -mean[1]))
+    return float(deg), float(sd[alike].min())
 
 
 def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, ...]]:
@@ -67,23 +57,20 @@ def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, .
     used, camera = track.used(), recording.camera
     if len(used) < LEAST_ROWS or not np.ptp(used.x):
         return recording, ()
-    fall = direction_of_fall(used.time, used.x, used.y)
-    if fall is None:
+    if (fall := direction_of_fall(used.time, used.x, used.y)) is None:
         return recording, ()
-    off = abs((fall.deg - (camera.plumb_deg or 0.0) + 180) % 360 - 180)
-    if off < max(TURNED_DEG, TURNED_SDS * fall.sd):
-        return recording, ()
+    deg, sd = fall
+    off = abs((deg - (camera.plumb_deg or 0.0) + 180) % 360 - 180)
     across = float(used.x[-1] - used.x[0])  # a pull to the left is clockwise
-    if abs(fall.deg) < MOST_SLOWED_DEG and fall.deg * across > 0:
+    slowed = abs(deg) < MOST_SLOWED_DEG and deg * across > 0
+    if slowed or off < max(TURNED_DEG, TURNED_SDS * sd):
         return recording, ()
-    way = "clockwise" if fall.deg > 0 else "anticlockwise"
-    said = (
-        f"the seed falls {abs(fall.deg):.1f}° {way} from straight down in the picture"
-    )
+    way = "clockwise" if deg > 0 else "anticlockwise"
+    said = f"the seed falls {abs(deg):.1f}° {way} from straight down in the picture"
     if camera.plumb_deg is not None:
         return recording, (
             f"{said}; [camera] plumb_deg = {camera.plumb_deg:g} is used",
         )
-    turned = camera.model_copy(update={"plumb_deg": round(fall.deg, 1)})
+    turned = camera.model_copy(update={"plumb_deg": round(deg, 1)})
     note = f"{said} (turned, or held askew): heights are read along its fall"
     return replace(recording, camera=turned), (note,)

@@ -10,6 +10,7 @@ from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound
 from benchtwin.vision.foreign.as_evidence import read_heard
 from benchtwin.vision.measurement import (
     MeasurementError,
+    require,
 )
 from benchtwin.vision.motion.impact_chain import Chain, correct_impacts, find_chain
 from benchtwin.vision.motion.onsets import Onsets, find_onsets
@@ -69,11 +70,11 @@ def impacts_in_sound(file: Path, recording: Recording) -> SoundImpacts:
 def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
     """Read a sound and find its onsets. MeasurementError where there is no sound, or
     the rig is no drop."""
-    if recording.rig != "drop":
-        raise MeasurementError(
-            f"{file}: sound shows the impacts of a drop; a {recording.rig} needs"
-            " pictures, a track or light gates"
-        )
+    require(
+        recording.rig == "drop",
+        f"{file}: sound shows the impacts of a drop; a {recording.rig} needs"
+        " pictures, a track or light gates",
+    )
     film = recording.evidence == "video" and recording.sound is None
     stated, file_fps = recording.camera.fps, film_fps(file) if film else None
     if stated and file_fps and abs(stated / file_fps - 1) > MOST_RATE_DIFFERENCE:
@@ -93,10 +94,10 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
         sound, onsets, found, recording.drop, str(recording.toml)
     )
     counts = np.bincount(chain.drop)
-    if not (counts >= 2).any():
-        raise MeasurementError(
-            f"{sound.path}: {'; '.join(corrections) or _too_few(onsets)}"
-        )
+    require(
+        (counts >= 2).any(),
+        f"{sound.path}: {'; '.join(corrections) or _too_few(onsets)}",
+    )
     drops, said = [], []
     for number in np.flatnonzero(counts >= 2):
         one, notes = _heard_drop(

@@ -11,6 +11,8 @@ from benchtwin.vision.motion.scene import grey
 SEARCH_PX = 8  # how far an edge may move from one frame to the next
 PLACES = 90  # along the edge where its position is measured
 CANDIDATES = 5
+# in which an edge is seen at least; by how much one that rotates turns
+LEAST_FRAMES, LEAST_TURN_DEG = 8, 0.3
 
 
 @dataclass(frozen=True)
@@ -55,29 +57,21 @@ def track_edge(
             np.clip((image - low) * (255 / max(high - low, 1)), 0, 255).astype(np.uint8)
         )
     starts = _candidates(stretched)
-    signs: list[float | None] = [None] * len(starts)
-    current: list[Line | None] = list(starts)
+    signs = [_sign(stretched[0].astype(np.float32), line) for line in starts]
     found: list[dict[int, Line]] = [{} for _ in starts]
     for frame in source.iterate():
         image = grey(frame.pixels)
-        for k, line in enumerate(current):
-            if line is None:
-                continue
-            if (sign := signs[k]) is None:
-                sign = signs[k] = _sign(image, line)
-            better = _refine(image, line, sign)
-            if better is not None:
-                found[k][frame.index] = current[k] = better
-    best = None
-    for lines in found:
-        if len(lines) < 8:
-            continue
+        for k, line in enumerate(starts):
+            if (better := _refine(image, line, signs[k])) is not None:
+                found[k][frame.index] = starts[k] = better
+    turning = []
+    for lines in (lines for lines in found if len(lines) >= LEAST_FRAMES):
         angles = np.degrees([line.angle for line in lines.values()])
-        turned = np.percentile(angles, 98) - np.percentile(angles, 2)
-        length = np.median([line.extent[1] - line.extent[0] for line in lines.values()])
-        if turned > 0.3 and (best is None or len(lines) * length > best[0]):
-            best = (len(lines) * length, lines)
-    return (best[1] if best else None), last.shape[:2], last
+        length = np.median([np.ptp(line.extent) for line in lines.values()])
+        if np.ptp(np.percentile(angles, (2, 98))) > LEAST_TURN_DEG:
+            turning.append((len(lines) * length, lines))
+    best = max(turning, key=lambda one: one[0], default=(0.0, None))[1]
+    return best, last.shape[:2], last
 
 
 def _candidates(images: list[np.ndarray]) -> list[Line]:
@@ -108,9 +102,7 @@ def _candidates(images: list[np.ndarray]) -> list[Line]:
         s = points[on] @ line.along
         ends = (float(np.percentile(s, 1)), float(np.percentile(s, 99)))
         lines.append(Line(line.angle, line.offset, ends))
-        if len(lines) == CANDIDATES:
-            break
-    return lines
+    return lines[:CANDIDATES]
 
 
 def _profiles(
@@ -120,16 +112,10 @@ def _profiles(
     the offsets."""
     s = np.linspace(line.extent[0], line.extent[1], PLACES)
     across = np.arange(-SEARCH_PX, SEARCH_PX + 0.25, 0.5)
-    base = line.offset * line.across
-    x = base[0] + s[:, None] * line.along[0] + across[None, :] * line.across[0]
-    y = base[1] + s[:, None] * line.along[1] + across[None, :] * line.across[1]
-    values = cv2.remap(
-        image,
-        x.astype(np.float32),
-        y.astype(np.float32),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
+    at = line.offset * line.across + s[:, None, None] * line.along
+    at = (at + across[:, None] * line.across).astype(np.float32)
+    kept = cv2.BORDER_REPLICATE
+    values = cv2.remap(image, at, None, cv2.INTER_LINEAR, borderMode=kept)
     return cv2.GaussianBlur(values, (5, 1), 1.0), s, across
 
 

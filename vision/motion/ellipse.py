@@ -225,18 +225,18 @@ def _estimate_ellipse(
     calm = np.flatnonzero(clean)[np.argsort(speed[clean])][
         : max(LEAST_ROWS, int(clean.sum()) // 3)
     ]
-    moments = [_principal_moments(shapes[i]) for i in calm]
-    ratio = [math.sqrt(max(m[0], 1e-9) / max(m[1], 1e-9)) for m in moments]
-    stretch = float(np.median(ratio)) if ratio else 1.0
+    xx, yy, xy = _moments(shapes)[:, calm]
+    # greatest and least second moment about the centroid
+    middle, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    ratio = np.sqrt(np.maximum(middle + half, 1e-9) / np.maximum(middle - half, 1e-9))
+    stretch = float(np.median(ratio)) if calm.size else 1.0
     radius = math.sqrt(typical / math.pi)
     return Ellipse(radius * math.sqrt(stretch), radius / math.sqrt(stretch)), clean
 
 
-def _principal_moments(shape: Silhouette) -> tuple[float, float]:
-    """Greatest and least second moment about the centroid."""
-    middle = (shape.xx + shape.yy) / 2
-    half = math.hypot((shape.xx - shape.yy) / 2, shape.xy)
-    return middle + half, middle - half
+def _moments(shapes: list[Silhouette]) -> np.ndarray:
+    """Second moments xx, yy, xy (3, n) about the centroids."""
+    return np.array([(s.xx, s.yy, s.xy) for s in shapes]).T
 
 
 def _exposure(
@@ -247,13 +247,11 @@ def _exposure(
     fast = np.flatnonzero(clean & (speed > 0.3 * ellipse.a))
     if len(fast) < 4:
         return 0.0
-    shares = []
-    for i in fast:
-        s, (p, q) = shapes[i], directions[i]
-        along = s.xx * p * p + 2 * s.xy * p * q + s.yy * q * q
-        across = s.xx * q * q - 2 * s.xy * p * q + s.yy * p * p
-        still = across if ellipse.round else ellipse.a * ellipse.b / 4
-        shares.append(math.sqrt(max(12 * (along - still), 0.0)) / speed[i])
+    (xx, yy, xy), (p, q) = _moments(shapes)[:, fast], np.array(directions)[fast].T
+    along = xx * p * p + 2 * xy * p * q + yy * q * q
+    across = xx * q * q - 2 * xy * p * q + yy * p * p
+    still = across if ellipse.round else ellipse.a * ellipse.b / 4
+    shares = np.sqrt(np.maximum(12 * (along - still), 0.0)) / speed[fast]
     return float(np.clip(np.median(shares), 0.0, 1.0))
 
 

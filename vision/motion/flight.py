@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchtwin.bench.robust import robust_sd
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.motion.least_squares import all_stated
 from benchtwin.vision.motion.outliers import (
     SPIKE_SD,
@@ -150,8 +150,7 @@ def find_flights(
     if not tried:
         raise errors[0] if errors else MeasurementError(NO_FALL)
     best = max(tried, key=lambda t: t.explained(height))
-    if len(best.flights.rows) == 1 and best.explained(height) <= 0:
-        raise MeasurementError(NO_FALL)
+    require(len(best.flights.rows) != 1 or best.explained(height) > 0, NO_FALL)
     rows = _usable(best.ranges, best.flights.ends(), time, best.outlier, step)
     flights, _ = parabolas(rows, time, height, weight, _if_few(rows, gamma))
     off = np.abs(height - flights.height(0, time))[best.led : best.ranges[0][0]]
@@ -291,14 +290,13 @@ def _usable(ranges, contact_times, time, outlier, step) -> tuple[np.ndarray, ...
             if len(kept) >= 4:
                 break
         if len(kept) < (2, 2, 4)[min(k, 2)]:
-            if k == 0 and len(ranges) > 1:
-                raise MeasurementError(
-                    f"only {len(kept)} frames before the first contact; a speed needs 2"
-                )
+            require(
+                k != 0 or len(ranges) <= 1,
+                f"only {len(kept)} frames before the first contact; a speed needs 2",
+            )
             break
         rows.append(kept)
-    if not rows:
-        raise MeasurementError("no flight of at least 3 frames")
+    require(rows, "no flight of at least 3 frames")
     return tuple(rows)
 
 
@@ -420,10 +418,9 @@ def _impact_after(
         if end < len(time) and time[end] < landing:
             continue
         near = max(3 * flights.noise, STILL * np.ptp(height))
-        if low > height.min() + near:
-            return None  # some row is lower than the plate
         top = flights.height(1, flights.apex_time(1))
-        if height[end:].max(initial=-math.inf) > top + near:
-            return None  # a later bounce would be higher
-        return flights
+        later = height[end:].max(initial=-math.inf)
+        # some row is lower than the plate, or a later bounce would be higher
+        wrong = low > height.min() + near or later > top + near
+        return None if wrong else flights
     return None

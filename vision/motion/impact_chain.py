@@ -19,7 +19,7 @@ import numpy as np
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.sound import Sound
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
 
 G = G_MM_S2 / 1000  # m/s²
@@ -68,6 +68,9 @@ FIRST_INTERVAL_SD = 0.35  # of ln of the first intervals of a recording's drops
 RELEASE_S, RELEASE_INTERVALS = 0.4, 2.2
 
 
+PRIOR_SD_S, PRIOR_FACTOR = 2e-4, 2.0  # log-normal prior of the sd of an impact time
+
+
 @dataclass(frozen=True, eq=False)
 class Chain:
     """impacts (m,): rows of the onsets, in order; missed (m,): whether an impact before
@@ -93,7 +96,8 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
 
     First impacts of several drops may look like a chain, too: drops of longer and of
     shorter intervals only are compared, by the evidence of all drops together."""
-    falls = [_Fall.of(height_mm, longest) for longest in LONGEST_S]
+    lasts = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
+    falls = [(lasts, longest) for longest in LONGEST_S]
     drops = max((_drops(onsets, duration_s, f) for f in falls), key=_evidence)
     impacts = _rows(drops)
     return Chain(
@@ -105,30 +109,24 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
     )
 
 
-@dataclass(frozen=True)
-class _Fall:
-    """What is known before a drop is heard: lasts_s: how long a rebound to the height
-    of the fall would last, None where that is not stated; longest_s: an interval."""
+# how long a rebound to the height of the fall would last, None where that is not
+# stated; the longest interval [s]
+_Fall = tuple[float | None, float]
 
-    lasts_s: float | None
-    longest_s: float
 
-    @classmethod
-    def of(cls, height_mm: float | None, longest_s: float) -> "_Fall":
-        lasts = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
-        return cls(lasts, longest_s)
-
-    def first(self, gap_s: float, change_db: float) -> tuple[float, float]:
-        """ln likelihood of a first interval and of the change of loudness over it, and
-        the restitution, NaN where the fall is not stated."""
-        if self.lasts_s is None:
-            rise_mm = 1000 * G * gap_s**2 / 8
-            ln = _log_likelihood_of_level(change_db, UNKNOWN_FAINTER_DB)
-            return ln - (rise_mm / unstated_sd("fall")) ** 2 / 2, math.nan
-        e = gap_s / self.lasts_s
-        fainter = 20 * LEVEL_POWER * math.log10(min(e, 1.0))
-        ln = _log_likelihood_of_level(change_db, fainter)
-        return ln - HIGHER * (e > MOST_E), e
+def _first(
+    lasts_s: float | None, gap_s: float, change_db: float
+) -> tuple[float, float]:
+    """ln likelihood of a first interval and of the change of loudness over it, and the
+    restitution, NaN where the fall is not stated."""
+    if lasts_s is None:
+        rise_mm = 1000 * G * gap_s**2 / 8
+        ln = _log_likelihood_of_level(change_db, UNKNOWN_FAINTER_DB)
+        return ln - (rise_mm / unstated_sd("fall")) ** 2 / 2, math.nan
+    e = gap_s / lasts_s
+    fainter = 20 * LEVEL_POWER * math.log10(min(e, 1.0))
+    ln = _log_likelihood_of_level(change_db, fainter)
+    return ln - HIGHER * (e > MOST_E), e
 
 
 def _evidence(drops: Sequence[_OneDrop]) -> float:
@@ -141,23 +139,17 @@ def _evidence(drops: Sequence[_OneDrop]) -> float:
 def _drops(onsets: Onsets, duration_s: float, fall: _Fall) -> list[_OneDrop]:
     """The likeliest chain and those before and after it, in the order of time."""
     drops: list[_OneDrop] = []
-    for _ in range(PASSES if len(onsets) > 1 else 0):
-        known = _rows(drops)
-        likelihoods = _log_likelihoods(onsets, duration_s, known)
-        best = _likeliest_chain(onsets, likelihoods, fall)
-        drops = [best] if len(best[0]) else []
-        if np.array_equal(_rows(drops), known):
-            break
-    for _ in range(PASSES if drops else 0):
-        known = _rows(drops)
-        likelihoods = _log_likelihoods(onsets, duration_s, known)
-        if len(drops) == 1:
-            first = drops[0]
-        else:
-            first = _likeliest_chain(onsets, likelihoods, fall)
-        drops = _further(onsets, likelihoods, fall, first)
-        if np.array_equal(_rows(drops), known):
-            break
+    for further in (False, True) if len(onsets) > 1 else ():
+        for _ in range(PASSES if drops or not further else 0):
+            known = _rows(drops)
+            likelihoods = _log_likelihoods(onsets, duration_s, known)
+            alone = further and len(drops) == 1
+            first = drops[0] if alone else _likeliest_chain(onsets, likelihoods, fall)
+            drops = [first] if len(first[0]) else []
+            if further:
+                drops = _further(onsets, likelihoods, fall, first)
+            if np.array_equal(_rows(drops), known):
+                break
     return drops
 
 
@@ -277,7 +269,7 @@ def _likeliest_chain(o: Onsets, log_likelihood: np.ndarray, fall: _Fall) -> _One
     """Rows of the likeliest chain, whether an impact before each was missed, ln odds.
     State: the pair (j, k) of successive impacts; `score` is the ln likelihood ratio of
     the best chain that ends with it."""
-    n, t = len(o), o.time_s
+    (lasts_s, longest_s), n, t = fall, len(o), o.time_s
     alike = o.timbre @ o.timbre.T
     audible = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
     score = np.full((n, n), -np.inf)
@@ -288,7 +280,7 @@ def _likeliest_chain(o: Onsets, log_likelihood: np.ndarray, fall: _Fall) -> _One
     for k in range(n):
         for j in range(k - 1, -1, -1):
             gap = t[k] - t[j]
-            if gap > fall.longest_s:
+            if gap > longest_s:
                 break
             if gap < LEAST_INTERVAL_S:
                 continue
@@ -297,7 +289,7 @@ def _likeliest_chain(o: Onsets, log_likelihood: np.ndarray, fall: _Fall) -> _One
                 + log_likelihood[k]
             )
             begin = log_likelihood[j] + pair - math.log(gap + 0.1) + PRIOR_LOG_ODDS
-            due, first_e = fall.first(gap, o.level_db[k] - o.level_db[j])
+            due, first_e = _first(lasts_s, gap, o.level_db[k] - o.level_db[j])
             score[j, k], interval[j, k], e[j, k] = begin + due, gap, first_e
             before = np.flatnonzero(np.isfinite(score[:j, j]))
             if not len(before):
@@ -348,32 +340,30 @@ def _log_likelihood_of_level(change_db, due_db):
 
 def _rejections(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
     """Why each onset that stands out from the noise is no impact, by row."""
-    members = set(impacts.tolist())
-    lags = echo_lags(o)
+    lags, times = echo_lags(o), o.time_s[impacts]
+    first, last = (times[0], times[-1]) if len(times) else (-np.inf, np.inf)
     out = {}
-    for i in (
-        int(i) for i in np.flatnonzero(o.strength > LEAST_STRENGTH) if i not in members
-    ):
-        after = o.time_s[i] - o.time_s[impacts]
-        after = after[(after > 0) & (after < DOUBLE_S)]
-        if lags[i]:
-            out[i] = (
-                f"an echo, {1000 * lags[i]:.1f} ms after a louder sound as after others"
-            )
-        elif len(after):
-            out[i] = (
-                f"a second hit or an echo, {1000 * after.min():.1f} ms after an impact"
-            )
-        elif o.rise_s[i] > SUDDEN_S:
-            out[i] = "it rises slowly, as speech and handling do"
-        elif o.lasting_db[i] > LASTS_DB:
-            out[i] = "it lasts, as speech does"
-        elif len(impacts) and o.time_s[i] < o.time_s[impacts[0]]:
-            out[i] = "it comes before the first impact and does not fit the intervals"
-        elif len(impacts) and o.time_s[i] > o.time_s[impacts[-1]]:
-            out[i] = "it comes after the last impact that was found"
-        else:
-            out[i] = "it does not fit the shrinking intervals"
+    heard = np.flatnonzero(o.strength > LEAST_STRENGTH)
+    for i in np.setdiff1d(heard, impacts).tolist():
+        after = o.time_s[i] - times
+        after_ms = 1000 * after[after > 0].min(initial=np.inf)
+        lag = f"an echo, {1000 * lags[i]:.1f} ms after a louder sound as after others"
+        reasons = (
+            (lags[i], lag),
+            (
+                after_ms < 1000 * DOUBLE_S,
+                f"a second hit or an echo, {after_ms:.1f} ms after an impact",
+            ),
+            (o.rise_s[i] > SUDDEN_S, "it rises slowly, as speech and handling do"),
+            (o.lasting_db[i] > LASTS_DB, "it lasts, as speech does"),
+            (
+                o.time_s[i] < first,
+                "it comes before the first impact and does not fit the intervals",
+            ),
+            (o.time_s[i] > last, "it comes after the last impact that was found"),
+            (True, "it does not fit the shrinking intervals"),
+        )
+        out[i] = next(why for holds, why in reasons if holds)
     return out
 
 
@@ -396,11 +386,11 @@ def correct_impacts(
     struck, notes = set(), []
     for at in drop.impacts_struck_s or ():
         row = _nearest(onsets.time_s, at)
-        if row in added:
-            raise MeasurementError(
-                f"{where}: [drop] impacts_added_s and impacts_struck_s both name the"
-                f" impact at {at:g} s"
-            )
+        require(
+            row not in added,
+            f"{where}: [drop] impacts_added_s and impacts_struck_s both name the"
+            f" impact at {at:g} s",
+        )
         if row is None or row not in chain.impacts:
             notes.append(
                 f"{at:g} s is struck out by hand, but no impact was found there"
@@ -490,3 +480,44 @@ def _missed(chain: Chain, impacts: np.ndarray, drop: np.ndarray) -> np.ndarray:
     ]
     same = np.diff(drop, prepend=-1) == 0
     return np.array([False, *inside][: len(impacts)], bool) & same
+
+
+def estimate_time_sds(times: np.ndarray) -> np.ndarray:
+    """(n,), all equal: estimated sd [s] of impact times without a stated one, by their
+    rounding and scatter: an error of a time changes two intervals in opposite ways, a
+    scatter of the restitution does not. Posterior
+    mean from the scatter of ln Δt, in which errors of times and of e differ in
+    correlation; at least the rounding."""
+    least = _rounding(times) / math.sqrt(12)
+    sigma = np.maximum(np.geomspace(2e-6, 2e-2, 41), least)
+    log_weight = -0.5 * (np.log(sigma / PRIOR_SD_S) / math.log(PRIOR_FACTOR)) ** 2
+    gap = np.diff(times)
+    if len(gap) > 2:
+        y = np.diff(np.log(gap))
+        apart = np.diff(np.eye(len(times)), axis=0)  # of gap with the times
+        slope = np.diff(apart / gap[:, None], axis=0)  # of y
+        centred = np.linalg.svd(np.ones((len(y), 1)))[0][:, 1:].T  # e itself is unknown
+        values, shape = centred @ y, centred @ slope @ slope.T @ centred.T
+        axes, turned = np.linalg.eigh(shape)
+        power = (turned.T @ values) ** 2
+        variance = (
+            sigma[:, None, None] ** 2 * np.maximum(axes, 0)
+            + np.geomspace(1e-3, 0.2, 15)[:, None] ** 2
+        )
+        each = -0.5 * (np.log(variance) + power / variance).sum(axis=2)
+        log_weight = log_weight + np.logaddexp.reduce(each, axis=1)
+    weight = np.exp(log_weight - log_weight.max())
+    return np.full(
+        len(times), max(np.exp(weight @ np.log(sigma) / weight.sum()), least)
+    )
+
+
+def _rounding(times: np.ndarray) -> float:
+    """The step to which the times were rounded when written: 0.001 for 0.271, 0.522."""
+    exact = (
+        np.allclose(times, np.round(times, digits), rtol=0, atol=1e-9)
+        for digits in range(7)
+    )
+    return next(
+        (10.0**-digits for digits, is_exact in enumerate(exact) if is_exact), 0.0
+    )

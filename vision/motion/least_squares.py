@@ -84,7 +84,7 @@ def fit(
     """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise.
     weight (n,): 1 / relative sd of each row. The covariance is widened by Student's t
     for the n − p degrees of freedom behind σ."""
-    n, p = design.shape
+    n = len(design)
     weight = np.ones(n) if weight is None else weight
     scaled, target = design * weight[:, None], data * weight
     rho = estimate_rho(scaled, target, lag) if rho is None else rho
@@ -96,10 +96,7 @@ def fit(
     # a simulated track may be exact, or exactly 0
     noise = max(noise, 1e-12 * float(np.abs(data).max()), 1e-9)
     white, aim = white / noise, aim / noise
-    if p > 2:
-        inverse = np.linalg.pinv(white.T @ white, hermitian=True)
-    else:
-        inverse = np.linalg.pinv(white.T @ white)
+    inverse = np.linalg.pinv(white.T @ white, hermitian=True)
     params = np.linalg.lstsq(white, aim, rcond=None)[0]
     return Fit(params, inverse * widen, noise, rho, data - design @ params)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.rigs import RIGS
-from benchtwin.vision.board.camera import Completed, with_board
+from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.evidence.frames import FrameSource, open_frames
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import (
@@ -19,9 +19,9 @@ from benchtwin.vision.measurement import (
 )
 from benchtwin.vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
 from benchtwin.vision.motion.own_look import by_own_look
-from benchtwin.vision.motion.places import places_of
 from benchtwin.vision.motion.track import (
     Track,
+    places_of,
     struck_out,
     track_from_gates,
     track_from_table,
@@ -98,7 +98,7 @@ class Followed:
     @cached_property
     def track(self) -> Track:
         """In mm where the scale is known."""
-        return to_mm(self.tracked.track, self.recording.camera.mm_per_px)
+        return self.tracked.track.in_mm(self.recording.camera.mm_per_px)
 
     def observation(
         self,
@@ -167,26 +167,14 @@ def followed(
 ) -> Followed:
     """The same with frames struck out, and with the scale in the picture."""
     tracked = replace(tracked, track=struck_out(tracked.track, recording))
-    seen = _with_board(recording, tracked)
+    # a printed board behind the motion tells of the camera
+    behind = tracked.scene.grey_background
+    picture = np.clip(behind * (255 / max(float(behind.max()), 1.0)), 0, 255)
+    seen = with_board(recording, picture.astype(np.uint8))
     notes = (*source.notes, *seen.notes)
     if seen.recording.camera.mm_per_px is None and not seen.notes:
         notes += ("no scale: [camera] mm_per_px is missing, and no board is seen",)
     return Followed(seen.recording, source, tracked, notes, doubt=seen.doubt)
-
-
-def to_mm(track: Track, mm_per_px: float | None) -> Track:
-    """The track in millimetres where the scale is known; else unchanged."""
-    if track.unit == "mm" or not mm_per_px:
-        return track
-    scaled = {name: getattr(track, name) * mm_per_px for name in ("x", "y", "sd")}
-    return replace(track, **scaled, unit="mm")
-
-
-def _with_board(recording: Recording, tracked: TrackedSeed) -> Completed:
-    """The recording with what a printed board behind the motion tells of the camera."""
-    grey = tracked.scene.grey_background
-    picture = np.clip(grey * (255 / max(float(grey.max()), 1.0)), 0, 255)
-    return with_board(recording, picture.astype(np.uint8))
 
 
 def observation(

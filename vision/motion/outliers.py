@@ -25,8 +25,6 @@ MOST_OUTLIERS = 0.05  # of a flight's rows; more are no outliers but its path
 def despiked(height: np.ndarray) -> np.ndarray:
     """The heights with single rows far off their neighbours replaced, so that a spike
     is no contact."""
-    if len(height) < LEAST_ROWS:
-        return height
     middle, off, limit = _off_neighbours(height)
     return np.where(off > limit, middle, height)
 
@@ -34,8 +32,6 @@ def despiked(height: np.ndarray) -> np.ndarray:
 def single_spikes(height: np.ndarray) -> np.ndarray:
     """Mask of single rows farther off both neighbours than a bouncing seed can move."""
     spikes = np.zeros(len(height), dtype=bool)
-    if len(height) < LEAST_ROWS:
-        return spikes
     _, off, limit = _off_neighbours(height)
     before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
     nearer = np.minimum(np.abs(before), np.abs(after))
@@ -107,11 +103,12 @@ def rows_at_rest(place: np.ndarray, sd: float = 0.0) -> int:
 
 def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Running median, distance of each row from it, and its limit: twice the greatest
-    step nearby, or ten times the noise."""
+    step nearby, or ten times the noise; of few rows none."""
     middle = median_filter(height, 7, mode="nearest")
     off = np.abs(height - middle)
     steps = np.abs(
         np.diff(median_filter(height, 3, mode="nearest"), append=height[-1:])
     )  # single rows off are not in it
     moving = 2.0 * maximum_filter1d(steps, 9, mode="nearest")
-    return (middle, off, np.maximum(10 * float(np.median(off)), moving))
+    few = np.inf if len(height) < LEAST_ROWS else 0.0
+    return (middle, off, np.maximum(10 * float(np.median(off)), moving + few))

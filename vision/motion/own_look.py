@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+import pandas as pd
 
 from benchtwin.bench.robust import difference_noise
 from benchtwin.vision.evidence.frames import Frame, FrameSource
@@ -64,8 +65,7 @@ def by_own_look(
     roughly, and its own look shows it earlier or more smoothly; else unchanged. along:
     it moves along the rows, in pictures turned with its plate. outside: whether it is
     sought before and after the frames in which it was found."""
-    first = next(source.iterate(), None)
-    found = tracked.track.used()
+    first, found = next(source.iterate(), None), tracked.track.used()
     if first is None or len(found) < LEAST_ROWS:
         return tracked
     rough, hidden = _scatter(tracked.track), _hidden(tracked.track)
@@ -125,9 +125,8 @@ def _scatter(track: Track) -> float:
 
 def _hidden(track: Track) -> float:
     """Share of the rows in which the seed moves that are marked."""
-    return float(track.outlier[moving(track.x, track.y)].sum()) / max(
-        1, int(moving(track.x, track.y).sum())
-    )
+    marked = track.outlier[moving(track.x, track.y)]
+    return float(marked.sum()) / max(1, len(marked))
 
 
 def _leapt(
@@ -150,11 +149,9 @@ def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
     """The track by the seed's own look, with the silhouettes and orientations that were
     seen."""
     old = tracked.track
-    at = {int(f): k for k, f in enumerate(old.frame)}
-    where = [at.get(int(f)) for f in track.frame]
 
     def of_old(values: np.ndarray) -> np.ndarray:
-        return np.array([np.nan if k is None else values[k] for k in where])
+        return pd.Series(values, old.frame).reindex(track.frame).to_numpy()
 
     first = int(track.used().frame[0])
     note = "what moves stood out little: the seed's places are those of its own look"
@@ -227,12 +224,8 @@ def located(
 def _laid_over(
     pictures: list[Frame], x: np.ndarray, y: np.ndarray, size: tuple[int, int]
 ) -> Look:
-    cut = np.array(
-        [
-            _part(p.pixels, size, (float(a), float(b)))
-            for p, a, b in zip(pictures, x, y, strict=True)
-        ]
-    )
+    places = zip(pictures, np.column_stack([x, y]).tolist(), strict=True)
+    cut = np.array([_part(p.pixels, size, tuple(at)) for p, at in places])
     mean = np.median(cut, axis=0)
     sd = 1.4826 * np.median(np.abs(cut - mean), axis=0)
     return Look(mean, (1 / np.hypot(sd, FLOOR)).astype(np.float32))

@@ -9,15 +9,16 @@ import numpy as np
 
 from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from benchtwin.vision.motion.edge_line import Line
-from benchtwin.vision.motion.places import Places
-from benchtwin.vision.motion.plate_background import Background, background_of
 from benchtwin.vision.motion.scene import MEDIAN_FRAMES, even_in_motion, grey
-from benchtwin.vision.motion.track import Track
+from benchtwin.vision.motion.track import Places, Track
 
 ABOVE, BELOW = 110, 14  # px of a picture 640 px wide, of the plate's edge: the strip
 AFTER_SLIDE = 16  # least number of pictures after the block has left its first place
 STEADY = 6.0  # grey levels of 255, sd over the film: of rows that are the plate's
 COLUMNS = 400  # of a strip that are used for a row's brightness
+PICTURES, FARTHEST = 40, 5  # over the film; of them, those whose median is taken
+PLATE_PX = 16.0  # of a picture 640 px wide: so near its edge the plate may be seen
+ROWS = 16  # at a time
 STAYS, GONE = 0.25, 0.8  # share of the block that has left its first place
 
 
@@ -54,9 +55,9 @@ class PlateFrames(FrameSource):
 
     pivot [px]; reach: first and last place along the plate, from the pivot's foot [px];
     above, below: rows on either side of the line; background: what is subtracted above
-    it, or None. Changes along the whole plate as it tilts (its upper face, its
-    illumination, the background behind it) are no motion: every row is brought to the
-    brightness that it has in the first strip."""
+    the plate's own rows, or None. Changes along the whole plate as it tilts (its upper
+    face, its illumination, the background behind it) are no motion: every row is
+    brought to the brightness that it has in the first strip."""
 
     def __init__(
         self,
@@ -66,7 +67,8 @@ class PlateFrames(FrameSource):
         reach: tuple[int, int],
         above: int,
         below: int,
-        background: Background | None = None,
+        background: np.ndarray | None = None,
+        plate_rows: int = 0,
     ):
         super().__init__(
             path=source.path, count=len(lines), fps=source.fps, notes=source.notes
@@ -74,7 +76,7 @@ class PlateFrames(FrameSource):
         self._source, self._lines, self._pivot = source, lines, pivot
         self._reach, self._above, self._below = reach, above, below
         self._first_levels: np.ndarray | None = None
-        self._background = background
+        self._background, self._plate_rows = background, plate_rows
 
     @property
     def height(self) -> int:
@@ -88,9 +90,9 @@ class PlateFrames(FrameSource):
         sd = levels * np.array([grey(f.pixels) for f in frames]).std(axis=0)
         changes = np.median(sd, axis=1)[: self._above][::-1]
         plate_rows = max(int(np.argmax(changes > STEADY)), 1)
-        background = background_of(self._source, self._lines, plate_rows)
         cut = self._reach, self._above, self._below
-        return PlateFrames(self._source, self._lines, self._pivot, *cut, background)
+        behind = background_of(self._source, self._lines, plate_rows), plate_rows
+        return PlateFrames(self._source, self._lines, self._pivot, *cut, *behind)
 
     def iterate(self) -> Iterator[Frame]:
         frames = (f for f in self._source.iterate() if self._usable(f))
@@ -106,7 +108,7 @@ class PlateFrames(FrameSource):
             return False
         if self._background is None:
             return True
-        alike = frame.pixels.shape == self._background.picture.shape
+        alike = frame.pixels.shape == self._background.shape
         if not alike:
             self.note(
                 f"frame {frame.index} skipped: its size is not that of the others"
@@ -182,8 +184,8 @@ class PlateFrames(FrameSource):
         white = np.iinfo(frame.pixels.dtype).max
         levels = strip + (self._first_levels - rows)[:, None]
         if self._background is not None:
-            difference = frame.pixels - self._background.picture
-            rows = slice(0, self._above - self._background.plate_rows)
+            difference = frame.pixels - self._background
+            rows = slice(0, self._above - self._plate_rows)
             levels[rows] = white / 2 + self._turned(difference, frame.index)[rows]
         steady = np.clip(np.round(levels), 0, white).astype(strip.dtype)
         return replace(frame, pixels=steady)
@@ -248,3 +250,34 @@ def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] 
         place[np.minimum(np.arange(strips[0].shape[1]) // factor, len(place) - 1)],
         share,
     )
+
+
+def background_of(
+    source: FrameSource, lines: dict[int, Line], plate_rows: int
+) -> np.ndarray:
+    """The background, float32, of the shape and levels of frames in which the plate's
+    edge is known; lines: by frame; plate_rows: how far above its edge the plate itself
+    reaches [px].
+
+    The camera stands still: each pixel is the median over the FARTHEST frames in which
+    the edge is farthest from it, and plate and block are elsewhere. Near the hinge,
+    where the plate hardly moves, they may be part of it."""
+    first = next(source.iterate()).pixels
+    number = limit_to_memory(PICTURES, first)
+    frames = [f for f in source.picked(number) if f.index in lines]
+    frames = [f for f in frames if f.pixels.shape == first.shape]
+    pixels = np.array([np.atleast_3d(f.pixels) for f in frames])
+    edges = [lines[f.index] for f in frames]
+    across = np.array([edge.across for edge in edges], np.float32)[..., None, None]
+    offset = np.array([edge.offset for edge in edges], np.float32)[:, None, None]
+    height, width = first.shape[:2]
+    near = max(PLATE_PX * width / 640, plate_rows + 2)
+    columns, found = np.arange(width, dtype=np.float32), []
+    for top in range(0, height, ROWS):
+        rows = np.arange(top, min(top + ROWS, height), dtype=np.float32)[:, None]
+        off = np.abs(across[:, 0] * columns + across[:, 1] * rows - offset)
+        off[off < near] = 0.0
+        best = np.argsort(-off, axis=0, kind="stable")[:FARTHEST]
+        part = pixels[:, top : top + ROWS]
+        found.append(np.median(np.take_along_axis(part, best[..., None], 0), axis=0))
+    return np.concatenate(found).astype(np.float32).reshape(first.shape)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchtwin.bench.constants import G_MM_S2
-from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.flight import Flights, find_flights
+from benchtwin.vision.measurement import require
+from benchtwin.vision.motion.flight import find_flights
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -34,11 +34,11 @@ def rise_of(track: Track, recording: Recording) -> Rise:
     flights = find_flights(track.time, track.frame, track.y, track.x, stated, G_MM_S2)
     flown = len(flights.rows) > 1
     after = len(track.time) - 1 - int(flights.rows[0][-1])
-    if (len(flights.rows[1]) if flown else after) < LEAST_ROWS:
-        raise MeasurementError(
-            f"{recording.path}: next to nothing is seen of the seed after its impact:"
-            " it left the picture, or the recording ends there"
-        )
+    require(
+        len(flights.rows[1]) if flown else after >= LEAST_ROWS,
+        f"{recording.path}: next to nothing is seen of the seed after its impact:"
+        " it left the picture, or the recording ends there",
+    )
     if not flown:
         return Rise(0.0, flights.noise)
     contact = flights.contact_time(0)
@@ -48,16 +48,12 @@ def rise_of(track: Track, recording: Recording) -> Rise:
     before, after_it = flights.speed(0, contact), flights.speed(1, contact)
     off = abs(before / (after_it - before)) if after_it != before else 0.0
     rows = [1 / len(r) for r in flights.rows[:2]]
-    highest = _variance(flights, 1, flights.apex_time(1))
+    # of the rise's height at its apex, in those of one row
+    tau = flights.time[flights.rows[1]] - flights.middle[1]
+    since = flights.apex_time(1) - flights.middle[1]
+    highest = 1 / len(tau) + since**2 / np.sum(tau**2)
     sd = flights.noise * float(np.sqrt(highest + rows[0] + off**2 * sum(rows)))
     fall = np.nan
     if flights.release_seen():
         fall = float(flights.height(0, flights.apex_time(0))) - low
     return Rise(max(apex - low, 0.0), sd, fall)
-
-
-def _variance(flights: Flights, flight: int, time: float) -> float:
-    """Variance of a flight's height at `time`, in those of one row."""
-    tau = flights.time[flights.rows[flight]] - flights.middle[flight]
-    since = time - flights.middle[flight]
-    return float(1 / len(tau) + since**2 / np.sum(tau**2))

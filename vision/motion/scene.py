@@ -12,7 +12,7 @@ import numpy as np
 
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import require
 
 COARSE_WIDTH = 320  # px of the picture on which moving things are detected
 MEDIAN_FRAMES = 25
@@ -111,11 +111,10 @@ def learn_scene(
     """Estimate background and noise; still(pictures): those whose median is the
     background, default: evenly spaced in motion."""
     frames = source.sample(61)
-    if len(frames) < 3:
-        raise MeasurementError(
-            f"{source.path}: {len(frames)} frames can be read; tracking needs at"
-            " least 3"
-        )
+    require(
+        len(frames) >= 3,
+        f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3",
+    )
     first = frames[0]
     chosen = even_in_motion(frames) if still is None else still(frames)
     background = np.atleast_3d(_median(chosen))

@@ -11,10 +11,9 @@ from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.edge_line import Line, track_edge
 from benchtwin.vision.motion.own_look import LATE, by_own_look
-from benchtwin.vision.motion.places import places_of
 from benchtwin.vision.motion.plate_frames import PlateFrames, plate_frames, plate_only
 from benchtwin.vision.motion.scene import learn_scene
-from benchtwin.vision.motion.track import Track
+from benchtwin.vision.motion.track import Track, places_of
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
 from benchtwin.vision.recording import Recording
 
@@ -151,15 +150,10 @@ def _without_plate(
         places=places_of(stated),
         only_places=bool(stated.only_places),
     )
-    return _along_own_line(tracked)
-
-
-def _along_own_line(tracked: TrackedSeed) -> tuple[TrackedSeed, PlateOverlay]:
-    """Without a plate in the picture: the travel along the principal axis of the
-    block's places."""
     track, height = tracked.track, tracked.scene.shape[0]
     centre = np.array([np.median(track.x), np.median(track.y)])
     offset = np.column_stack([track.x, track.y]) - centre
+    # the travel along the principal axis of its places
     _, _, directions = np.linalg.svd(offset, full_matrices=False)
     travel = offset @ directions[0]
     places = (track.x, height - 1 - track.y)

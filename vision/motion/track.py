@@ -1,5 +1,7 @@
-"""A track: the places of one seed over time, with standard deviations."""
+"""A track: the places of one seed over time, with standard deviations; those that
+somebody set by hand, frame by frame, where the tracker fails or errs."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,13 +10,19 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.keys import Tracking
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.tables import GATE_PLACE, read_gates
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.motion.least_squares import fit, frame_lag
 from benchtwin.vision.motion.outliers import slips
 from benchtwin.vision.recording import Camera, Recording
 
+LEAST_PLACES = 4  # that make a track of their own: a parabola and one to check it
+# sd of a click on the middle of a seed, each way; fits that scale their errors by what
+# is left over find the true one
+PLACE_SD_PX = 1.0
+Places = Mapping[int, tuple[float, float]]  # frame → x, y [px]
 _ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
 _OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
 
@@ -59,10 +67,17 @@ class Track:
         in s."""
         if not self.physical:
             key = "mm_per_px" if self.unit != "mm" else "fps"
-            message = (
-                f"[camera] {key} is missing; an acceleration needs lengths and times"
+            raise MeasurementError(
+                f"{recording.toml}: [camera] {key} is missing; an acceleration needs"
+                " lengths and times"
             )
-            raise MeasurementError(f"{recording.toml}: {message}")
+
+    def in_mm(self, mm_per_px: float | None) -> "Track":
+        """In millimetres where the scale is known; else unchanged."""
+        if self.unit == "mm" or not mm_per_px:
+            return self
+        x, y, sd = (values * mm_per_px for values in (self.x, self.y, self.sd))
+        return replace(self, x=x, y=y, sd=sd, unit="mm")
 
     @property
     def time(self) -> np.ndarray:
@@ -93,13 +108,9 @@ class Track:
 
     def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
-        columns: dict[str, Any] = {
-            name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)
-        }
-        some: dict[str, Any] = {
-            k: None if c is None else c[rows] for k, c in columns.items()
-        }
-        return replace(self, **some)
+        names = (*_ALWAYS, *_OPTIONAL)
+        held: dict[str, Any] = {n: getattr(self, n) for n in names}
+        return replace(self, **{n: c[rows] for n, c in held.items() if c is not None})
 
     def marked(self, outlier: np.ndarray) -> "Track":
         """The same track with more rows marked as outliers."""
@@ -113,13 +124,11 @@ class Track:
         rows = rows[np.isfinite(self.angle_deg[rows])]
         if len(rows) < 5:
             return np.nan, np.nan
-        weight = None
-        sd = None if self.angle_sd_deg is None else self.angle_sd_deg[rows]
-        if sd is not None and np.isfinite(sd).all():
-            weight = np.median(sd) / np.maximum(sd, 1e-3)
-        design = np.column_stack(
-            [np.ones(len(rows)), self.time[rows] - self.time[rows].mean()]
-        )
+        sd = np.nan if self.angle_sd_deg is None else self.angle_sd_deg[rows]
+        weight = np.median(sd) / np.maximum(sd, 1e-3)
+        weight = weight if np.isfinite(sd).all() else None
+        since = self.time[rows] - self.time[rows].mean()
+        design = np.column_stack([np.ones(len(rows)), since])
         found = fit(
             design,
             np.radians(self.angle_deg[rows]),
@@ -131,21 +140,11 @@ class Track:
     def to_table(self) -> pd.DataFrame:
         """The columns of track.csv, plus the frame number, the sds and the outlier
         mark; unknown columns are left out."""
-        places = {
-            f"x_{self.unit}": self.x,
-            f"y_{self.unit}": self.y,
-            f"sd_{self.unit}": self.sd,
-        }
-        more = {
-            name: getattr(self, name)
-            for name in _OPTIONAL
-            if getattr(self, name) is not None
-        }
-        columns = {"frame": self.frame, "t_s": self.t_s, **places, **more}
+        unit, names = self.unit, ("frame", "t_s", "x", "y", "sd", *_OPTIONAL)
+        named = {f"{n}_{unit}" if n in ("x", "y", "sd") else n: n for n in names}
+        columns = {column: getattr(self, name) for column, name in named.items()}
         table = pd.DataFrame({**columns, "outlier": self.outlier.astype(int)})
-        return table.drop(
-            columns=[c for c in ("t_s", f"sd_{self.unit}") if table[c].isna().all()]
-        )
+        return table.drop(columns=[c for c in named if table[c].isna().all()])
 
 
 def make_track(
@@ -185,35 +184,19 @@ def track_from_table(
         name: rows[name].to_numpy(float) if name in rows else None
         for name in (*_OPTIONAL, "t_s", "frame")
     }
-    x, y = rows[f"x_{unit}"].to_numpy(float), rows[f"y_{unit}"].to_numpy(float)
-    if f"sd_{unit}" in rows:
-        sd = rows[f"sd_{unit}"].to_numpy(float)
-    else:
-        sd = np.full(len(rows), np.nan)
-    if unit == "px" and camera.mm_per_px:
-        x = x * camera.mm_per_px
-        y = y * camera.mm_per_px
-        sd = sd * camera.mm_per_px
-        unit = "mm"
+    names = [f"x_{unit}", f"y_{unit}", f"sd_{unit}", "outlier"]
+    x, y, sd, marked = rows.reindex(columns=names).to_numpy(float).T
+    outlier = np.nan_to_num(marked) != 0
     time, frame = column["t_s"], column["frame"]
     if frame is None and time is not None:
         frame = _frame_numbers(time, camera.fps)
     elif frame is not None and time is None and camera.fps:
         time = (frame - frame[0]) / camera.fps
-    if "outlier" in rows:
-        outlier = rows["outlier"].fillna(0).to_numpy(float) != 0
-    else:
-        outlier = np.zeros(len(rows), dtype=bool)
     if (slipped := slips(np.asarray(frame), x, y) & ~outlier).any():
         outlier = outlier | slipped
-        notes = (
-            *notes,
-            (
-                f"{int(slipped.sum())} rows are leaps away and back (a tracker that"
-                " slipped): marked as outliers"
-            ),
-        )
-    return make_track(
+        which = f"{int(slipped.sum())} rows are leaps away and back"
+        notes = (*notes, f"{which} (a tracker that slipped): marked as outliers")
+    track = make_track(
         time,
         x,
         y,
@@ -224,6 +207,7 @@ def track_from_table(
         notes=notes,
         **{name: column[name] for name in _OPTIONAL},
     )
+    return track.in_mm(camera.mm_per_px)
 
 
 def struck_out(track: Track, recording: Recording) -> Track:
@@ -292,3 +276,61 @@ def _frame_numbers(time: np.ndarray, fps: float | None) -> np.ndarray:
     number = np.round((time - time[0]) / step).astype(int)
     # unevenly timed (a phone): count the rows
     return number if (np.diff(number) > 0).all() else np.arange(len(time))
+
+
+def places_of(stated: Tracking) -> Places:
+    """The places that a recording states [y down]; MeasurementError for two of one
+    frame."""
+    places = {int(frame): (x, y) for frame, x, y in stated.places_px or ()}
+    require(
+        len(places) >= len(stated.places_px or ()),
+        "[track] places_px: two places of one frame; keep one",
+    )
+    return places
+
+
+def with_places(track: Track, places: Places, times: Mapping[int, float]) -> Track:
+    """The track with the places instead of what was found in their frames;
+    without orientation there. times: of every frame of the film. y counts up from the
+    bottom row in both."""
+    kept = track.take(~np.isin(track.frame, [*places]))
+    hand = track_of_places(places, times)
+    blank = np.full(len(hand), np.nan)
+    order = np.argsort(np.concatenate([kept.frame, hand.frame]), kind="stable")
+    columns = ("frame", "t_s", "x", "y", "sd", "outlier")
+    joined: dict[str, Any] = {
+        c: np.concatenate([getattr(kept, c), getattr(hand, c)])[order] for c in columns
+    }
+    joined |= {
+        c: np.concatenate([values, blank])[order]
+        for c in ("angle_deg", "angle_sd_deg")
+        if (values := getattr(kept, c)) is not None
+    }
+    return replace(track, notes=(*track.notes, *hand.notes), **joined)
+
+
+def upside_down(places: Places, height: int) -> Places:
+    """The same with y counted from the other end of a picture `height` px high."""
+    return {frame: (x, height - 1 - y) for frame, (x, y) in places.items()}
+
+
+def track_of_places(places: Places, times: Mapping[int, float]) -> Track:
+    """The places alone as a track [px, y up]. MeasurementError for a frame that the
+    film has not."""
+    if missing := sorted(places.keys() - times.keys()):
+        raise MeasurementError(
+            f"[track] places_px: the film has no frame {missing[0]}; it has"
+            f" {min(times, default=0)} to {max(times, default=0)}"
+        )
+    frames = sorted(places)
+    x, y = np.array([places[f] for f in frames]).T
+    n = len(frames)
+    return make_track(
+        [times[f] for f in frames],
+        x,
+        y,
+        unit="px",
+        frame=np.array(frames),
+        sd=PLACE_SD_PX,
+        notes=(f"{n} place{'' if n == 1 else 's'} set by hand",),
+    )

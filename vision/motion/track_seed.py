@@ -13,21 +13,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
+from scipy.signal import find_peaks
 
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.motion.detect import Silhouette, find_silhouettes
 from benchtwin.vision.motion.ellipse import fit_ellipses
-from benchtwin.vision.motion.places import (
+from benchtwin.vision.motion.scene import Scene, learn_scene
+from benchtwin.vision.motion.track import (
     LEAST_PLACES,
     Places,
+    Track,
+    make_track,
     track_of_places,
     upside_down,
     with_places,
 )
-from benchtwin.vision.motion.scene import Scene, learn_scene
-from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.motion.tracklets import (
     PATIENCE,
     Tracklet,
@@ -105,25 +107,20 @@ def track_seed(
     if progress:
         progress(1.0)
     tracklets = [p for p in tracklets if len(p.frames) >= 3]
-    if at is None:
-        chosen = _choose(tracklets, falling, scene)
-    else:
-        chosen = _nearest_to(tracklets, *at)
+    near = None if at is None else _nearest_to(tracklets, *at)
+    chosen = _choose(tracklets, falling, scene) if at is None else near
     if chosen is None and len(places) >= LEAST_PLACES:
         return _by_hand(places, times, scene, area_px)
-    if only_places:
-        raise MeasurementError(
-            f"{source.path}: {len(places)} places set by hand ([track] places_px) so"
-            f" far; {LEAST_PLACES} make a track"
-        )
+    require(
+        not only_places,
+        f"{source.path}: {len(places)} places set by hand ([track] places_px) so"
+        f" far; {LEAST_PLACES} make a track",
+    )
     if chosen is None:
-        if at is None:
-            where = ""
-        else:
+        where = f"like a seed in {done} frames"
+        if at is not None:
             where = f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
-        raise MeasurementError(
-            f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}"
-        )
+        raise MeasurementError(f"{source.path}: nothing moves {where}")
     track = _to_track(chosen, scene, done, max(times), area_px)
     areas = np.array([s.area for s in chosen.shapes])
     size = 2 * float(np.sqrt(np.median(areas) / np.pi))
@@ -223,11 +220,9 @@ def _fall_height(frames: np.ndarray, y: np.ndarray) -> float:
     those opening upwards."""
     if len(y) < 4:
         return 0.3 * float(np.ptp(y))
-    if len(y) > 4:
-        turns = np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1
-    else:
-        turns = np.array([], int)
-    big = [0, *[int(t) for t in turns if _stands_out(y, int(t))], len(y) - 1]
+    # minima that are deeper than noise
+    turns = find_peaks(-y, prominence=0.03 * np.ptp(y) + 1.0)[0] if len(y) > 4 else ()
+    big = [0, *map(int, turns), len(y) - 1]
     height = 0.0
     for a, b in itertools.pairwise(big):
         inner = slice(a + 1, b) if b - a > 5 else slice(a, b + 1)
@@ -243,12 +238,6 @@ def _fall_height(frames: np.ndarray, y: np.ndarray) -> float:
         if extent > 2 and left < 0.1 * extent:
             height += extent * (1.0 if bend < 0 else -1.0)
     return max(height, 0.0)
-
-
-def _stands_out(y: np.ndarray, at: int) -> bool:
-    """Whether a minimum is deeper than noise on both sides."""
-    least = 0.03 * np.ptp(y) + 1.0
-    return bool(y[: at + 1].max() - y[at] > least and y[at:].max() - y[at] > least)
 
 
 def _smoothness(x: np.ndarray, size: float) -> float:
@@ -283,21 +272,25 @@ def _to_track(
     sd = _seen_sd(frame, x, y, sd, outlying | cut)
     angle, angle_sd = _orientation(shapes, frame, outlying | cut)
     has_angle = bool(np.isfinite(angle).any())
-    notes = []
-    if total > len(shapes):
-        left = cut[-1] or _leaves(shapes, scene)
-        lost = _lost(frame, frame[-1] if left else last)
-        notes.append(f"the seed was found in {len(shapes)} of {total} frames{lost}")
-    if cut.any():
-        notes.append(
+    left = cut[-1] or _leaves(shapes, scene)
+    lost = _lost(frame, frame[-1] if left else last)
+    hidden = int((outlying & ~cut).sum())
+    told = (
+        (
+            total > len(shapes),
+            f"the seed was found in {len(shapes)} of {total} frames{lost}",
+        ),
+        (
+            cut.any(),
             f"{int(cut.sum())} frames with the seed partly out of the picture (marked"
-            " as outliers)"
-        )
-    if (outlying & ~cut).any():
-        notes.append(
-            f"{int((outlying & ~cut).sum())} frames with the seed partly hidden or"
-            " merged with something (marked as outliers)"
-        )
+            " as outliers)",
+        ),
+        (
+            hidden,
+            f"{hidden} frames with the seed partly hidden or merged with something"
+            " (marked as outliers)",
+        ),
+    )
     return make_track(
         t_s,
         x,
@@ -308,7 +301,7 @@ def _to_track(
         outlier=outlying | cut,
         angle_deg=angle if has_angle else None,
         angle_sd_deg=angle_sd if has_angle else None,
-        notes=tuple(notes),
+        notes=tuple(note for holds, note in told if holds),
     )
 
 

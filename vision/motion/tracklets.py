@@ -78,10 +78,8 @@ def extend(
         for s, shape in enumerate(shapes):
             size = np.sqrt(max(shape.area, last.area))
             away, speed = tracklet.distance(shape, frame)
-            if len(tracklet.shapes) > 1:
-                gate = 1.2 * size + 2.2 * speed + 3.0
-            else:
-                gate = 2.5 * size + 40.0
+            moves = len(tracklet.shapes) > 1
+            gate = 1.2 * size + 2.2 * speed + 3.0 if moves else 2.5 * size + 40.0
             area = abs(np.log(shape.area / last.area))
             colour_distance = shape.colour_distance(last)
             if away < gate and area < 1.1 and colour_distance < MOST_COLOUR_STEP:
@@ -107,7 +105,7 @@ def join_alike(best: Tracklet, tracklets: list[Tracklet]) -> Tracklet:
     joined, size = best, np.sqrt(best.area)
     same = [p for p in tracklets if p is not best and alike(p, best)]
     for tracklet in sorted(same, key=lambda p: -len(p.frames)):
-        joined = _join(joined, tracklet, size)
+        joined = appended(joined, tracklet, size)
     return joined
 
 
@@ -119,27 +117,19 @@ def alike(one: Tracklet, other: Tracklet) -> bool:
     )
 
 
-def appended(one: Tracklet, other: Tracklet) -> Tracklet:
-    """Both in the order of time; `one` where they overlap."""
-    first, second = (one, other) if one.frames[0] <= other.frames[0] else (other, one)
-    if first.frames[-1] >= second.frames[0]:
+def appended(one: Tracklet, other: Tracklet, size: float = np.inf) -> Tracklet:
+    """Both in the order of time; `one` where they overlap, or what is of that size
+    cannot cross the gap at their speeds."""
+    first, second = sorted((one, other), key=lambda p: p.frames[0])
+    gap = second.frames[0] - first.frames[-1]
+    if gap <= 0:
+        return one
+    end, begin = first.shapes[-1], second.shapes[0]
+    reach = size + 1.6 * gap * max(_speed(first, -12), _speed(second, 12))
+    if np.hypot(begin.x - end.x, begin.y - end.y) > reach:
         return one
     frames = first.frames + second.frames
     return Tracklet(frames, first.times + second.times, first.shapes + second.shapes)
-
-
-def _join(one: Tracklet, other: Tracklet, size: float) -> Tracklet:
-    """Both in one where they do not overlap in time and the gap can be crossed at their
-    speeds; else `one`."""
-    first, second = (one, other) if one.frames[0] <= other.frames[0] else (other, one)
-    if first.frames[-1] >= second.frames[0]:
-        return one
-    gap = second.frames[0] - first.frames[-1]
-    speed = max(_speed(first, -12), _speed(second, 12))
-    away = np.hypot(
-        second.shapes[0].x - first.shapes[-1].x, second.shapes[0].y - first.shapes[-1].y
-    )
-    return one if away > size + 1.6 * speed * gap else appended(one, other)
 
 
 def _speed(tracklet: Tracklet, count: int) -> float:

@@ -5,7 +5,6 @@ from benchtwin.vision.board.view import BoardView
 from benchtwin.vision.overlay.canvas import Canvas
 
 REGION, CORNER = (0, 120, 255), (0, 200, 255)
-CROSS_PX = 3.0  # half of a cross, in shown pixels
 
 
 def board_words(board: BoardView) -> str:
@@ -22,7 +21,5 @@ def board_words(board: BoardView) -> str:
 def paint_board(canvas: Canvas, board: BoardView) -> None:
     """Draw the sheet's outline and a cross on each corner that was read."""
     canvas.polygon(board.page_px(), REGION, 1.5)
-    half = CROSS_PX / canvas.scale
     for x, y in board.corners.picture_px:
-        canvas.line(x - half, y, x + half, y, CORNER, 1.0)
-        canvas.line(x, y - half, x, y + half, CORNER, 1.0)
+        canvas.cross(x, y, CORNER, 2.0, 1.0)

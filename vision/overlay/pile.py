@@ -21,41 +21,20 @@ def draw_repose(
     x0, y0, width, height = found.roi
     x = np.arange(found.surface.size)
     canvas.curve(x + x0, found.surface + y0, GREEN, 1.5)
-    last = x0 + width - 1
-    canvas.line(
-        x0, found.base.at(0) + y0, last, found.base.at(width - 1) + y0, BLUE, 1.5
-    )
+    ends = np.array([0, width - 1])
+    canvas.curve(ends + x0, found.base.at(ends) + y0, BLUE, 1.5)
     rise = float(found.base.at(found.crest[0] - x0)) + y0 - found.crest[1]
+    dashes = np.linspace(0, width - 1, 120)
+    dashes[2::3] = np.nan
     for fraction in found.window:
-        shift = y0 - fraction * rise
-        canvas.dashed(
-            x0,
-            found.base.at(0) + shift,
-            x0 + width - 1,
-            found.base.at(width - 1) + shift,
-            YELLOW,
-            1.0,
-        )
+        rows = found.base.at(dashes) + y0 - fraction * rise
+        canvas.curve(dashes + x0, rows, YELLOW, 1.0)
     for slope in found.slopes:
-        line = slope.line
-        canvas.line(
-            line.x_low + x0,
-            line.at(line.x_low) + y0,
-            line.x_high + x0,
-            line.at(line.x_high) + y0,
-            RED,
-            2.5,
-        )
-    if (found.roi[2], found.roi[3]) != (image.shape[1], image.shape[0]):
-        for a, b, c, d in ((0, 0, 1, 0), (1, 0, 1, 1), (1, 1, 0, 1), (0, 1, 0, 0)):
-            canvas.line(
-                x0 + a * width,
-                y0 + b * height,
-                x0 + c * width,
-                y0 + d * height,
-                WHITE,
-                1.0,
-            )
+        ends = np.array([slope.line.x_low, slope.line.x_high])
+        canvas.curve(ends + x0, slope.line.at(ends) + y0, RED, 2.5)
+    if (width, height) != (image.shape[1], image.shape[0]):
+        corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+        canvas.polygon([x0, y0] + corners * [width, height], WHITE, 1.0)
     canvas.legend([*_words(found)])
     return canvas.pixels
 

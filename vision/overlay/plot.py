@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from benchtwin.vision.measurement import Quantity
+from benchtwin.vision.motion.track import Track
 from benchtwin.vision.overlay.canvas import LETTER_PX, SHOWN_PX
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Curve = tuple[np.ndarray, np.ndarray]
+SAID = 2  # quantities in a caption
 CURVE, MARK, POINT, BAD = "#dc7800", "#ff00ff", "#5a8cc8", "#ff0000"
 
 
@@ -70,3 +74,35 @@ def plot(
     axes.set(xlabel=labels[0], ylabel=labels[1])
     figure.suptitle(caption, x=0.01, horizontalalignment="left", wrap=True)
     return as_pixels(figure)
+
+
+def caption(quantities: Sequence[Quantity]) -> str:
+    """The first quantities in words."""
+    known = [q for q in quantities if np.isfinite(q.value)]
+    said = "; ".join(q.in_words for q in known[:SAID])
+    return said or "nothing could be measured"
+
+
+def plot_travel(
+    track: Track,
+    fitted: Curve | None,
+    at: float | None,
+    quantities: Sequence[Quantity],
+    place: float | None = None,
+) -> np.ndarray:
+    """A track's x against time with the fitted curve (time, x), marked at a time and
+    at a place."""
+    marks = []
+    if fitted is not None and at is not None:
+        marks.append((at, float(np.interp(at, *fitted))))
+    if fitted is not None and place is not None:
+        marks.append((float(fitted[0][np.argmin(np.abs(fitted[1] - place))]), place))
+    return plot(
+        track.time,
+        track.x,
+        track.outlier,
+        labels=(f"t [{track.time_unit}]", f"travel [{track.unit}]"),
+        curves=[] if fitted is None else [fitted],
+        marks=marks,
+        caption=caption(quantities),
+    )

@@ -27,13 +27,16 @@ def draw_grains(
     board = board or (grains.scale if isinstance(grains.scale, BoardView) else None)
     if board is not None:
         paint_board(canvas, board)
-    for number, grain in enumerate(grains.grains, 1):
+    for grain in grains.grains:
         colour = COLOURS[grain.quality]
         canvas.polygon(grain.edge, colour, 1.0)
         if grain.quality != FAILED:
             for ends in _axes(grain):
-                canvas.curve(ends[:, 0], ends[:, 1], colour, 0.5)
-        canvas.tag(str(number), grain.x_px, grain.y_px, colour, 0.6 * grain.width_px)
+                canvas.curve(*ends.T, colour, 0.5)
+    canvas.tags(
+        (str(number), g.x_px, g.y_px, COLOURS[g.quality], 0.6 * g.width_px)
+        for number, g in enumerate(grains.grains, 1)
+    )
     scale = [(board_words(board), REGION)] if board is not None else []
     canvas.legend([*_words(grains), *scale])
     return canvas.pixels

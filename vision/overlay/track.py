@@ -31,8 +31,8 @@ def on_picture(
     polylines; marks: (column, row) points; lines: ((column, row), (column, row))
     segments."""
     canvas = Canvas(pixels)
-    for (x1, y1), (x2, y2) in lines:
-        canvas.line(x1, y1, x2, y2, LINE, 1.0)
+    for ends in lines:
+        canvas.curve(*np.array(ends).T, LINE, 1.0)
     for columns, rows in curves:
         canvas.curve(columns, rows, CURVE, 1.0)
     for i in _spread(np.asarray(x), np.asarray(y)):

@@ -6,12 +6,12 @@ ellipse for one that looks down on a round heap. On a shiny plate the base line 
 half-way between the heap and its mirror image."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from benchtwin.bench.robust import robust_sd
-from benchtwin.vision.measurement import NARROWED, MeasurementError
+from benchtwin.vision.measurement import NARROWED, require
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
 from benchtwin.vision.pile.line import EDGE_FLOOR_PX, LEAST_COLUMNS, Line, fit_line
 from benchtwin.vision.pile.surface import Edges
@@ -37,7 +37,7 @@ MIRRORED = (
     " round: name it by --baseline"
 )
 UNLIKELY = 0.05  # what has so little probability is no second explanation
-MOST_BOW = 0.5  # of a foot's half width: of a camera 30° above the plate
+MOST_BOW_DEG = 30.0  # of a camera above the plate
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
 TAILS = 3.0  # degrees of freedom of what is off the foot
 ROUNDS = 30  # until weights and line agree
@@ -90,10 +90,10 @@ def stated_base_line(
     if baseline is None:
         return None
     x1, y1, x2, y2 = baseline
-    if x1 == x2 or not -shape[0] < (y1 + y2) / 2 - roi[1] < 2 * shape[0]:
-        raise MeasurementError(
-            f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture"
-        )
+    require(
+        x1 != x2 and -shape[0] < (y1 + y2) / 2 - roi[1] < 2 * shape[0],
+        f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture",
+    )
     slope = (y2 - y1) / (x2 - x1)
     intercept = y1 - roi[1] - slope * (x1 - roi[0])
     slope_sd = np.hypot(1, 1) / abs(x2 - x1)  # each end is set to a pixel
@@ -163,11 +163,10 @@ def _level_line(profile: np.ndarray, factor: float) -> Line | None:
         on = np.abs(off) <= min(tolerance, max(4 * robust_sd(off[on]), 0.3))
     rest = off[np.abs(off) > tolerance]
     tilted = abs(line.slope) > MAX_PLATE_SLOPE
-    if tilted or (rest > 0).sum() > MOST_BELOW * rest.size:
-        return None
-    if line.cubic_share > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
-        return None  # the toe of a slope, not a plate
-    return line
+    bent = np.degrees(line.slope_high - line.slope_low) > 1.5
+    toe = line.cubic_share > 0.5 and bent  # of a slope, no plate
+    below = (rest > 0).sum() > MOST_BELOW * rest.size
+    return None if tilted or below or toe else line
 
 
 def _runs_over_seed_tops(surface: np.ndarray, line: Line, factor: float) -> bool:
@@ -247,40 +246,20 @@ def _foot(
             for m in (middle, left, right)
         ),
     ]
-    likely = np.exp([fit.evidence - max(f.evidence for f in fits) for fit in fits])
+    lines, evidence = zip(*fits)
+    likely = np.exp(np.array(evidence) - max(evidence))
     likely /= likely.sum()
-    best = fits[int(likely.argmax())]
-    if abs(best.slope) > MAX_PLATE_SLOPE or best.bow > MOST_BOW:
+    best = lines[int(likely.argmax())]
+    if abs(best.slope) > MAX_PLATE_SLOPE or best.pitch_deg > MOST_BOW_DEG:
         return None
-    apart = [fit.at(middle) - best.at(middle) for fit in fits]
+    apart = [line.at(middle) - best.at(middle) for line in lines]
     told = best.slope_sd < NARROWED * tilt[1]
-    return BaseLine(
-        best.intercept,
-        best.slope,
-        best.slope_sd,
-        ("mirror" if best is fits[0] else "foot") if told else "toe",
-        float(np.hypot(2 * best.scale, np.sqrt(likely @ np.square(apart)))),
-        float(np.degrees(np.arcsin(best.bow))),
-        MIRRORED if UNLIKELY < likely[0] < 1 - UNLIKELY else "",
+    return replace(
+        best,
+        source=("mirror" if best is lines[0] else "foot") if told else "toe",
+        sd=float(np.hypot(2 * best.sd, np.sqrt(likely @ np.square(apart)))),
+        doubt=MIRRORED if UNLIKELY < likely[0] < 1 - UNLIKELY else "",
     )
-
-
-@dataclass(frozen=True)
-class _Edge:
-    """y = intercept + slope x + bow · half √(1 − u²), where u is
-    the distance from the middle over half the width; scale: of what is off it;
-    evidence: the logarithm of how likely it makes the edge."""
-
-    intercept: float
-    slope: float
-    bow: float
-    slope_sd: float
-    scale: float
-    evidence: float
-
-    def at(self, x: float) -> float:
-        """y of the line at x."""
-        return self.intercept + self.slope * x
 
 
 def _fit_edge(
@@ -291,11 +270,13 @@ def _fit_edge(
     bowed: bool,
     tilt: tuple[float, float],
     least: float,
-) -> _Edge:
+) -> tuple[BaseLine, float]:
     """The most likely line by Student's t, whose tails hold what is no foot (a seed
     beside it, a rounded corner). y is the edge but for its place, `times` less far off;
-    tilt: slope as believed, and its sd; a camera looks down by LOOKS_DOWN_DEG or so,
-    whose sine is the bow."""
+    tilt: slope as believed, and its sd. A bowed edge is intercept + slope x + bow ·
+    half √(1 − u²), where u is the distance from the middle over half the width: a
+    camera looks down by LOOKS_DOWN_DEG or so, whose sine is the bow. Also the logarithm
+    of how likely the line, whose sd is that of what is off it, makes the edge."""
     half = float(np.abs(x - middle).max())
     u = (x - middle) / half
     design = np.c_[np.ones(x.size), half * u, bowed * half * np.sqrt(1 - u**2)]
@@ -315,11 +296,8 @@ def _fit_edge(
     tails = np.log1p((off / scale) ** 2 / TAILS).mean() * (TAILS + 1) / 2
     surprise = np.square((terms - prior)[1:] / sds[1:]).sum() / 2
     width = np.linalg.slogdet(precision * np.outer(sds, sds))[1] / 2
-    return _Edge(
-        float(terms[0] - terms[1] * middle),
-        float(terms[1]),
-        float(terms[2]),
-        float(np.sqrt(np.linalg.inv(precision)[1, 1])),
-        scale,
-        float(-LEAST_SEEDS * (np.log(times * scale) + tails) - surprise - width),
-    )
+    slope_sd = float(np.sqrt(np.linalg.inv(precision)[1, 1]))
+    pitch_deg = float(np.degrees(np.arcsin(min(terms[2], 1.0))))
+    level, slope = float(terms[0] - terms[1] * middle), float(terms[1])
+    evidence = -LEAST_SEEDS * (np.log(times * scale) + tails) - surprise - width
+    return BaseLine(level, slope, slope_sd, "", scale, pitch_deg), float(evidence)

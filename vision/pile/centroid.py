@@ -95,10 +95,8 @@ def _rise_and_reach(
     area = height.sum()
     if not area > 0:
         return None
-    if leaning:
-        axis = ends[next(iter(leaning))]
-    else:
-        axis = float((x[inside] * height).sum() / area)
+    middle = float((x[inside] * height).sum() / area)
+    axis = next((ends[side] for side in leaning), middle)
     reach = float((np.abs(x[inside] - axis) * height).sum() / area)
     rise = float((height**2).sum() / 2 / area)
     return rise / reach, rise, reach

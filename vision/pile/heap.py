@@ -161,29 +161,15 @@ def _cliffs(height: np.ndarray, least: float) -> list[int]:
     """Columns in the middle of every drop or rise steeper than CLIFF that amounts to
     `least` px."""
     step = np.diff(height)
-    cliffs, i = [], 0
-    while i < step.size:
-        j = i
-        while (
-            j < step.size
-            and abs(step[j]) >= CLIFF
-            and np.sign(step[j]) == np.sign(step[i])
-        ):
-            j += 1
-        if j > i and abs(step[i:j].sum()) >= least:
-            cliffs.append((i + j) // 2 + 1)
-        i = max(j, i + 1)
-    return cliffs
+    runs = [*_true_ranges(step >= CLIFF, 0), *_true_ranges(step <= -CLIFF, 0)]
+    return [(i + j) // 2 + 1 for i, j in runs if abs(step[i:j].sum()) >= least]
 
 
 def _true_ranges(flags: np.ndarray, gap: int) -> list[tuple[int, int]]:
     """Ranges where `flags` holds, bridging holes of up to `gap` columns."""
     where = np.flatnonzero(flags)
-    if where.size == 0:
-        return []
-    cuts = np.flatnonzero(np.diff(where) > gap + 1)
-    starts, ends = np.r_[where[0], where[cuts + 1]], np.r_[where[cuts], where[-1]] + 1
-    return list(zip(starts.tolist(), ends.tolist()))
+    pieces = np.split(where, np.flatnonzero(np.diff(where) > gap + 1) + 1)
+    return [(int(p[0]), int(p[-1]) + 1) for p in pieces if p.size]
 
 
 def _flank(
@@ -199,42 +185,43 @@ def _flank(
 ) -> Flank:
     """From the crest outwards to the first column lower than TOE of the height, or to
     where the surface ends."""
-    outward = smooth[low : crest + 1][::-1] if side == "left" else smooth[crest:high]
+    at = np.arange(crest, low - 1, -1) if side == "left" else np.arange(crest, high)
+    outward = smooth[at]
     ends = np.flatnonzero(outward < TOE * top)
     length = int(ends[0]) if ends.size else outward.size - 1
     # the running mean has rounded the toe: look for it in the unsmoothed surface nearby
     if ends.size:
         reach = max(3, smooth.size // 50)
-        raw = sharp[low : crest + 1][::-1] if side == "left" else sharp[crest:high]
-        near = np.arange(max(length - reach, 1), min(length + reach, raw.size))
-        above = near[raw[near] >= TOE * top]
+        near = np.arange(max(length - reach, 1), min(length + reach, at.size))
+        above = near[sharp[at][near] >= TOE * top]
         length = int(above[-1]) + 1 if above.size else length
         length = min(length, outward.size - 1)
-    toe = crest - length if side == "left" else crest + length
+    toe = int(at[length])
     lowest = float(np.nanmin(outward[: length + 1])) / top
-    at_border = toe <= 1 or toe >= smooth.size - 2
-    if length < 8 or length < 0.25 * top:
-        return Flank(side, crest, toe, WALL)
+    cut = toe <= 1 or toe >= smooth.size - 2
+    ended = f"the pile is cut by the picture's {side} border" * cut
     beyond = sharp[crest::-1] if side == "left" else sharp[crest:]
     some = min(length + round(ABRUPT_WIDE * top) + 1, outward.size)
-    if _falls_at_once(beyond[:some], top):
-        # what is not known to be of seeds alone may be a wall itself
-        why = "the surface falls at once: a wall?" if walled else WALL
-        return Flank(side, crest, toe, why)
-    if not ends.size and lowest > window[0] * 0.9:
-        if at_border:
-            what = f"the pile is cut by the picture's {side} border"
-        else:
-            what = "the surface ends"
-        return Flank(side, crest, toe, f"{what} at {100 * lowest:.0f} % of its height")
     upwards = outward[: length + 1][::-1]
     upwards = upwards[np.isfinite(upwards)]  # a gap would make NaN of all above it
-    if np.max(np.maximum.accumulate(upwards) - upwards, initial=0.0) > 0.2 * top:
-        why = (
-            "the surface falls and rises again: two piles, or something in front of it"
-        )
-        return Flank(side, crest, toe, why)
-    return Flank(side, crest, toe)
+    again = np.max(np.maximum.accumulate(upwards) - upwards, initial=0.0)
+    told = (
+        (length < 8 or length < 0.25 * top, WALL),
+        # what is not known to be of seeds alone may be a wall itself
+        (
+            _falls_at_once(beyond[:some], top),
+            "the surface falls at once: a wall?" if walled else WALL,
+        ),
+        (
+            not ends.size and lowest > window[0] * 0.9,
+            f"{ended or 'the surface ends'} at {100 * lowest:.0f} % of its height",
+        ),
+        (
+            again > 0.2 * top,
+            "the surface falls and rises again: two piles, or something in front of it",
+        ),
+    )
+    return Flank(side, crest, toe, next((why for holds, why in told if holds), ""))
 
 
 def _falls_at_once(outward: np.ndarray, top: float) -> bool:

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from scipy.cluster.vq import vq
 
 from benchtwin.vision.pile.surface import as_float, binarise, shrink
 from benchtwin.vision.pile.triangle_search import (
@@ -185,8 +186,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Region:
-    """The pixels of a heap in a close-up whose px are `factor` full px each and whose
-    corner is `origin` in the picture.
+    """The pixels of a heap in the close-up `start`.
 
     first (h, w): the heap by the clearest cut. confidence: 1 or more where the inside
     has the texture of seeds all over, more than around it, and a heap's form; NO_SEEDS
@@ -200,20 +200,12 @@ class Region:
     rival: np.ndarray | None = None
 
     @property
-    def factor(self) -> float:
-        return self.start.zoom
-
-    @property
-    def origin(self) -> tuple[int, int]:
-        return self.start.origin
-
-    @property
     def evidence(self) -> float:
         """What speaks for it, to compare with other regions of the same picture: sure
         seeds, else the colours that differ along its surface."""
         if self.confidence >= 1:
             return np.inf
-        wide = self.factor * float(self.first.any(axis=0).sum())
+        wide = self.start.zoom * float(self.first.any(axis=0).sum())
         return min(self.confidence, 0.0) + wide * _contrast(self.first, self.start)
 
     @cached_property
@@ -282,14 +274,7 @@ def cluster_pixels(
     some = np.ascontiguousarray(flat[rng.integers(0, len(flat), SOME)])
     of_some = np.zeros((SOME, 1), np.int32)
     centres = cv2.kmeans(some, count, of_some, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
-    nearest = np.full(len(flat), np.inf, np.float32)
-    labels = np.zeros(len(flat), np.uint8)
-    by_feature = np.ascontiguousarray(flat.T)
-    for label, centre in enumerate(centres):
-        off = centre @ centre - 2 * (centre @ by_feature)
-        np.copyto(labels, label, where=off < nearest)
-        np.minimum(nearest, off, out=nearest)
-    return labels.reshape(features.shape[:2]).astype(int)
+    return vq(flat, centres)[0].reshape(features.shape[:2])
 
 
 def find_region(image: np.ndarray) -> Region | None:
@@ -373,12 +358,6 @@ def _triangle_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     return np.array([apex, top.min(), foot, *sides])
 
 
-def _overlap(mask: np.ndarray, triangle: np.ndarray) -> float:
-    """Intersection over union of mask and triangle."""
-    form = _triangle_mask(mask.shape, triangle)
-    return float((mask & form).sum() / max((mask | form).sum(), 1))
-
-
 def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """The connected part that fills most of the triangle, without thin lines and single
     seeds beside it, its gaps filled; empty where there is none."""
@@ -411,7 +390,8 @@ def _confidence(mask: np.ndarray, start: Start) -> float:
     around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
     if not core.any() or not around.any():
         return 0.0
-    form = _overlap(mask, start.triangle) / LEAST_OVERLAP
+    whole = _triangle_mask(mask.shape, start.triangle)
+    form = (mask & whole).sum() / (mask | whole).sum() / LEAST_OVERLAP
     told = core & ~start.glare if (core & ~start.glare).any() else core
     inside = float(np.percentile(texture[told], 10))
     more = (inside - float(np.median(texture[around]))) / (SEED_TEXTURE / 2)

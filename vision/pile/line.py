@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.signal import correlate
 
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.robust import robust_sd
@@ -113,10 +114,8 @@ def _correlation_lengths(residual: np.ndarray) -> float:
     """Number of the roughness's correlation lengths in the window: n / (1 + 2 Σ ρ_k),
     summed up to the first ρ < 0.05."""
     n = residual.size
-    padded = np.zeros(2 * n)
-    padded[:n] = residual - residual.mean()
-    power = np.abs(np.fft.rfft(padded)) ** 2
-    correlation = np.fft.irfft(power)[:n]
+    rough = residual - residual.mean()
+    correlation = correlate(rough, rough, method="fft")[n - 1 :]
     if correlation[0] <= 1e-12 * n:
         return float(n)
     correlation = correlation / correlation[0]
@@ -194,23 +193,25 @@ def fit_flank(
     rise = abs(line.slope) * (line.x_high - line.x_low)
     if angle < LEAST_DEG or line.rms > ROUGH * rise:
         return None
-    doubts = []
-    if angle > STEEP_DEG:
-        doubts.append(
+    told = (
+        (
+            angle > STEEP_DEG,
             f"steeper than {STEEP_DEG:.0f}°: is the picture turned, or is this no slope"
-            " of grains?"
-        )
-    if line.outlier_share > MOST_OUTLIERS:
-        doubts.append(
+            " of grains?",
+        ),
+        (
+            line.outlier_share > MOST_OUTLIERS,
             f"{100 * line.outlier_share:.0f} % of the surface lies off the line and was"
-            " left out"
-        )
+            " left out",
+        ),
+    )
+    doubts = tuple(why for holds, why in told if holds)
     upper, _, lower = (
         _angle_of(x[third], surface[third], sign, horizontal)
         for third in np.array_split(np.flatnonzero(inside), 3)[::sign]
     )
     angle_sd_deg = float(np.hypot(line.angle_sd_deg, horizontal_sd))
-    return FlankLine(flank.side, line, angle, angle_sd_deg, lower, upper, tuple(doubts))
+    return FlankLine(flank.side, line, angle, angle_sd_deg, lower, upper, doubts)
 
 
 def _angle_of(

@@ -20,6 +20,7 @@ from benchtwin.vision.measurement import (
     MeasurementError,
     Quantity,
     failed,
+    require,
 )
 from benchtwin.vision.pile.base_line import (
     BASES,
@@ -205,12 +206,10 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     by_hand = options.roi is not None or options.baseline is not None
     sure = region is not None and region.confidence >= 1
     smooth = NO_PILE if sure else _on_smooth_background(photo)
-    if isinstance(smooth, str):
-        told = region is not None and (by_hand or region.confidence >= LEAST_CONFIDENCE)
-    else:
-        told = (
-            region is not None and region.confidence >= NO_SEEDS and _doubtful(smooth)
-        )
+    confidence = -np.inf if region is None else region.confidence
+    told = by_hand or confidence >= LEAST_CONFIDENCE
+    if not isinstance(smooth, str):
+        told = confidence >= NO_SEEDS and _doubtful(smooth)
     segmented: Repose | str = NO_PILE
     if region is not None and told:
         segmented = _of_region(replace(photo, seeds_only=True), region)
@@ -252,11 +251,11 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
     if options.roi is None:
         return 0, 0, width, height
     x, y, w, h = options.roi
-    if x < 0 or y < 0 or w <= 0 or h <= 0 or x + w > width or y + h > height:
-        raise MeasurementError(
-            f"--roi {x},{y},{w},{h} does not lie inside the picture ({width} ×"
-            f" {height} px)"
-        )
+    require(
+        x >= 0 and y >= 0 and w > 0 and h > 0 and x + w <= width and y + h <= height,
+        f"--roi {x},{y},{w},{h} does not lie inside the picture ({width} ×"
+        f" {height} px)",
+    )
     return x, y, w, h
 
 
@@ -264,17 +263,9 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     """The pile whose surface is where one smooth background ends; the reason where
     there is none."""
     distance, factor = distance_from_background(photo.crop)
-    width = photo.crop.shape[1]
     tried: list[Repose | str] = []
-    for silhouette in silhouettes(distance):
-        least = silhouette.threshold / 2
-        top, bottom = (
-            subpixel_edge(
-                photo.crop, in_full_px(rows, factor, width), factor, least, up
-            )
-            for rows, up in ((silhouette.top, False), (silhouette.bottom, True))
-        )
-        found = _of_edges(photo, Edges(top, bottom, factor))
+    for mask, threshold in silhouettes(distance):
+        found = _of_mask(photo, mask, factor, threshold / 2)
         if isinstance(found, Repose):
             found = _with_base_error(photo, found, factor)
         tried.append(found)
@@ -286,21 +277,26 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     return min(readings, key=lambda r: BASES.index(r.base.source))
 
 
-def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
-    """The pile that one cut, or most of them, take for the heap; the reason where it
-    cannot be measured. Its edges are those of the steps beside the mask's where there
-    are some, else the mask's own."""
+def _of_mask(
+    photo: _Photo,
+    mask: np.ndarray,
+    factor: float,
+    least_step: float = LEAST_STEP,
+    origin: tuple[int, int] = (0, 0),
+) -> Repose | str:
+    """The pile that a mask, whose px are `factor` px each, takes for the heap; the
+    reason where it cannot be measured. Its edges are those of the steps beside the
+    mask's where there are some; of seeds else the mask's own."""
     if not mask.any():
         return NOTHING_RISES
 
     def edge(rows: np.ndarray, lower: bool) -> np.ndarray:
-        own = in_full_px(rows, region.factor, photo.crop.shape[1], region.origin)
-        step = subpixel_edge(photo.crop, own, region.factor, LEAST_STEP, lower)
-        return np.where(np.isfinite(step), step, own)
+        own = in_full_px(rows, factor, photo.crop.shape[1], origin)
+        step = subpixel_edge(photo.crop, own, factor, least_step, lower)
+        return np.where(np.isfinite(step) | (not photo.seeds_only), step, own)
 
     top, bottom = borders(mask)
-    edges = Edges(edge(top, False), edge(bottom, True), region.factor)
-    return _of_edges(photo, edges)
+    return _of_edges(photo, Edges(edge(top, False), edge(bottom, True), factor))
 
 
 def _of_edges(photo: _Photo, edges: Edges) -> Repose | str:
@@ -318,17 +314,20 @@ def _of_edges(photo: _Photo, edges: Edges) -> Repose | str:
 
 def _of_region(photo: _Photo, region: Region) -> Repose | str:
     """The pile that most cuts agree on, with what they differ by in every sd."""
-    agreed = _of_mask(photo, region, region.agreed)
+    start = region.start
+    agreed, *cuts = (
+        _of_mask(photo, mask, start.zoom, origin=start.origin)
+        for mask in (region.agreed, *region.cuts)
+    )
     if isinstance(agreed, str):
         return agreed
-    cuts = [_of_mask(photo, region, mask) for mask in region.cuts]
     shown = [k for k, cut in enumerate(cuts) if isinstance(cut, Repose)]
     found = [cut for cut in cuts if isinstance(cut, Repose)]
     likely = float(region.weights[shown].sum())
     if likely <= 0.5:
         why = f"no such pile is seen with a probability of {100 * (1 - likely):.0f} %"
         agreed = agreed.doubted(f"{why}: name it by --roi")
-    agreed = _with_base_error(photo, agreed, region.factor)
+    agreed = _with_base_error(photo, agreed, start.zoom)
     return _widened(agreed, found, region.weights[shown])
 
 
@@ -457,28 +456,32 @@ def _doubts(
 ) -> Iterator[str]:
     """What speaks against the outline, of which every quantity is read."""
     yield found.base.doubt
-    if found.base.source == "toe" and not photo.seeds_only:
-        yield NO_FOOT
-    yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     height, width = photo.crop.shape[:2]
     foot = found.base.at(found.crest[0] - found.roi[0])
-    if foot > LEAST_BELOW * height:
-        yield "the pile is cut by the picture's bottom border"
-    if found.base.pitch_deg > MOST_PITCH_DEG:
-        yield (
-            f"the camera looks down by about {found.base.pitch_deg:.0f}°: the pile's"
-            " foot is bowed"
-        )
+    told = photo.seeds_only or heap.walls or photo.options.roi is not None
+    pitch = f"{found.base.pitch_deg:.0f}°"
+    reasons = (
+        (found.base.source == "toe" and not photo.seeds_only, NO_FOOT),
+        (
+            foot > LEAST_BELOW * height,
+            "the pile is cut by the picture's bottom border",
+        ),
+        (
+            found.base.pitch_deg > MOST_PITCH_DEG,
+            f"the camera looks down by about {pitch}: the pile's foot is bowed",
+        ),
+        (
+            (photo.options.side or heap.boxed) and not told,
+            "the wall that the heap leans on is not told from it: name the heap by"
+            " --roi",
+        ),
+    )
+    yield from (why for holds, why in reasons if holds)
+    yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     fitted = {s.side for s in found.slopes}
     for flank in heap.flanks:
         if flank.side not in fitted and not flank.problem.startswith("a wall"):
             yield f"{flank.side} side: {flank.problem or NO_LINE}"
-    told = photo.seeds_only or heap.walls or photo.options.roi is not None
-    if (photo.options.side or heap.boxed) and not told:
-        yield (
-            "the wall that the heap leans on is not told from it: name the heap by"
-            " --roi"
-        )
     margin = (1 - LEAST_BESIDE) * width
     for side, toe in zip(("left", "right"), found.toes):
         if toe is not None and not margin < toe < width - 1 - margin:

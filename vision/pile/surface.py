@@ -79,16 +79,13 @@ def fit_illumination(
     return coefficients
 
 
-def illumination_at(
-    coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]
-) -> np.ndarray:
-    """The fitted illumination (…, channels) at pixels x, y, of shapes that go together,
-    of a picture of `shape` (height, width)."""
+def illumination_at(coefficients: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """The fitted illumination (h, w, channels) of a picture of `shape`."""
     shown = np.zeros((6, coefficients.shape[1]), np.float32)
     shown[: len(coefficients)] = coefficients
     one, by_x, by_y, by_xx, by_xy, by_yy = shown
-    x = (np.asarray(x, np.float32) / np.float32(shape[1]))[..., None]
-    y = (np.asarray(y, np.float32) / np.float32(shape[0]))[..., None]
+    y, x = (np.arange(n, dtype=np.float32)[:, None] / np.float32(n) for n in shape[:2])
+    y = y[:, None]
     return one + x * (by_x + x * by_xx) + y * (by_y + x * by_xy + y * by_yy)
 
 
@@ -108,16 +105,6 @@ def binarise(grey: np.ndarray) -> tuple[float, float]:
 def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
     terms = [np.ones_like(x), x, y, x * x, x * y, y * y]
     return np.stack(terms[: (order + 1) * (order + 2) // 2], axis=1)
-
-
-@dataclass(frozen=True)
-class Silhouette:
-    """Upper and lower border (w,) of what differs from the background in the small
-    picture, NaN: none."""
-
-    top: np.ndarray
-    bottom: np.ndarray
-    threshold: float
 
 
 def distance_from_background(image: np.ndarray) -> tuple[np.ndarray, float]:
@@ -155,16 +142,15 @@ def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.nd
 
 def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
     """Distance of the colours in the upper `rows` from the background's."""
-    y, x = np.arange(rows)[:, None], np.arange(small.shape[1])
-    off = small[:rows] - illumination_at(light, x, y, small.shape[:2])
+    off = small[:rows] - illumination_at(light, small.shape)[:rows]
     return np.sqrt(np.einsum("yxc,yxc->yx", off, off))
 
 
-def silhouettes(distance: np.ndarray) -> list[Silhouette]:
-    """Candidate silhouettes, one for each threshold of the distance from the
+def silhouettes(distance: np.ndarray) -> list[tuple[np.ndarray, float]]:
+    """Candidate silhouettes (masks) and their thresholds of the distance from the
     background: the plate may lie between background and pile in brightness."""
-    found = [_silhouette(distance > level, level) for level in _thresholds(distance)]
-    return [s for s in found if np.isfinite(s.top).sum() >= 8]
+    found = [(_without_specks(distance > at), at) for at in _thresholds(distance)]
+    return [(mask, at) for mask, at in found if mask.any(axis=0).sum() >= 8]
 
 
 def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
@@ -185,7 +171,7 @@ def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
     return found
 
 
-def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
+def _without_specks(mask: np.ndarray) -> np.ndarray:
     """The mask opened by 3 px (thin lines, specks), without small parts; gaps of 1 % of
     the picture do not separate parts."""
     size = max(mask.shape)
@@ -196,7 +182,7 @@ def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
         area = stats[1:, cv2.CC_STAT_AREA]
         kept = 1 + np.flatnonzero(area >= 0.15 * area.max())
         solid = np.where(np.isin(labels, kept), solid, 0)
-    return Silhouette(*borders(solid), threshold)
+    return solid > 0
 
 
 def borders(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -238,10 +224,10 @@ def subpixel_edge(
     first, last = max(0, rows[:, known].min()), min(height, rows[:, known].max() + 1)
     band = np.atleast_3d(denoise(np.ascontiguousarray(image[first:last])))
     visible = np.clip(rows, first, last - 1)
-    run = max(3, int(0.02 * width)) | 1
+    run = {"size": (max(3, int(0.02 * width)) | 1, 1), "mode": "nearest"}
     strip = in_float(band[visible - first, columns])
-    strip = strip - _running_median(strip[: reach - 4].mean(axis=0), run)
-    face = _running_median(strip[reach + 3 : reach + 3 + inside].mean(axis=0), run)
+    strip = strip - median_filter(strip[: reach - 4].mean(axis=0), **run)
+    face = median_filter(strip[reach + 3 : reach + 3 + inside].mean(axis=0), **run)
     # otherwise uneven light, no edge
     clear = (face**2).sum(axis=1) >= least_step**2
     level = np.einsum("rxc,xc->rx", strip, face) / np.maximum(
@@ -273,13 +259,6 @@ def in_full_px(
     at = np.rint((np.arange(width) - origin[0] + 0.5) / factor - 0.5).astype(int)
     found = (rows[np.clip(at, 0, rows.size - 1)] + 0.5) * factor - 0.5 + origin[1]
     return np.where((at >= 0) & (at <= rows.size), found, np.nan)
-
-
-def _running_median(values: np.ndarray, run: int) -> np.ndarray:
-    """Running median of (columns, channels) along the columns."""
-    return np.stack(
-        [median_filter(channel, run, mode="nearest") for channel in values.T], axis=1
-    )
 
 
 def _first_crossing(level: np.ndarray, visible: np.ndarray) -> np.ndarray:

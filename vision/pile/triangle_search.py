@@ -10,6 +10,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from scipy.special import rel_entr
 
 # how far the surroundings reach beyond the triangle, of its height and half widths
 SHELL = 0.45
@@ -61,10 +62,6 @@ class _Layers:
     def height(self) -> int:
         return self.sums.shape[0] - 1
 
-    def every_other(self) -> "_Layers":
-        """With half of the columns."""
-        return _Layers(np.ascontiguousarray(self.sums[:, ::2]), self.x[::2], self.width)
-
 
 def best_triangle(
     clusters: np.ndarray, texture: np.ndarray, coarse: float, by: Score
@@ -79,7 +76,9 @@ def best_triangle(
     ]
     sums = np.zeros((height + 1, width, len(layers)), np.float32)
     np.cumsum(np.dstack(layers), axis=0, out=sums[1:])
-    whole = _Layers(sums, np.arange(width) + 0.5, width)
+    x = np.arange(width) + 0.5
+    whole = _Layers(sums, x, width)
+    half = _Layers(np.ascontiguousarray(sums[:, ::2]), x[::2], width)  # of the columns
     of_cluster = np.bincount(clusters.ravel(), texture.ravel()) / np.maximum(
         np.bincount(clusters.ravel()), 1
     )
@@ -93,7 +92,7 @@ def best_triangle(
     triangles = np.c_[
         rng.uniform(0.02, 0.98, TRIES) * width, foot - rise, foot, left, right
     ]
-    score = _score(whole.every_other(), triangles, of_cluster, by)
+    score = _score(half, triangles, of_cluster, by)
     best, high = _refine_best(whole, triangles, score, of_cluster, by, rng)
     if not high > 0:
         return Found()
@@ -215,7 +214,5 @@ def jensen_shannon(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Jensen–Shannon divergence of two histograms, 0 (alike) to 1 (nothing in
     common)."""
     p, q = _normalised(a), _normalised(b)
-    m = (p + q) / 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        kl = [np.where(h > 0, h * np.log2(h / m), 0.0).sum(axis=1) for h in (p, q)]
-    return (kl[0] + kl[1]) / 2
+    both = rel_entr(p, (p + q) / 2) + rel_entr(q, (p + q) / 2)
+    return both.sum(axis=1) / 2 / np.log(2)

@@ -2,7 +2,6 @@
 shapes."""
 
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,10 +9,11 @@ import tomli_w
 from PIL import Image
 from rich.text import Text
 
+from benchtwin.bench.exits import DONE, FAILED, say
 from benchtwin.bench.outlets import csv_text, plain
 from benchtwin.bench.terminal import Terminal
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.out_folder import check_out, new_folder
 from benchtwin.vision.overlay.seeds import draw_outlines, draw_sizes
 from benchtwin.vision.shape.lot import (
@@ -27,7 +27,7 @@ from benchtwin.vision.shape.lot import (
 )
 from benchtwin.vision.shape.lot_photos import View, measure_lot_photos, with_thickness
 
-DONE, NOTHING, MISUSED = 0, 1, 2
+LEAST_DISTANCE_MM = 50.0  # of any lens
 OWN = {SEEDS, OUTLINES, SUMMARY, "overlays", "outlines.png", "sizes.png"}
 
 
@@ -45,49 +45,30 @@ def shape_command(
     """Measure the seeds of all photos and write the lot into the folder `out`; returns
     the exit code."""
     console = Terminal(stderr=True, quiet=quiet)
-    try:
-        check_out(out, "a lot", _is_own, overwrite)
-        if scanner and distance_mm is not None:
-            raise MeasurementError(
-                "--scanner and --distance-mm: a scanner has no distance; give one of"
-                " them"
-            )
-        if distance_mm is not None and not distance_mm > 50:
-            raise MeasurementError(
-                f"--distance-mm {distance_mm:g}: must be above 50; it is the lens's"
-                " distance from the paper"
-            )
-        view = View(mm_per_px, mm_per_px_sd, math.inf if scanner else distance_mm)
-        found, turned = _photos(photos), _photos(side) if side else []
-    except MeasurementError as error:
-        print(f"benchtwin shape: {error}", file=sys.stderr)
-        return MISUSED
+    check_out(out, "a lot", _is_own, overwrite)
+    require(
+        not scanner or distance_mm is None,
+        "--scanner and --distance-mm: a scanner has no distance; give one of them",
+    )
+    if distance_mm is not None and not distance_mm > LEAST_DISTANCE_MM:
+        raise MeasurementError(
+            f"--distance-mm {distance_mm:g}: must be above {LEAST_DISTANCE_MM:g}; it is"
+            " the lens's distance from the paper"
+        )
+    view = View(mm_per_px, mm_per_px_sd, math.inf if scanner else distance_mm)
+    found, turned = _photos(photos), _photos(side)
+
+    def report(name: str) -> None:
+        status.update(Text(plain(f"measuring {name}")))
+
     try:
         with (
             new_folder(out, _is_own, overwrite) as part,
             console.status("measuring") as status,
         ):
-            content, notes = _write(
-                part,
-                found,
-                turned,
-                view,
-                lambda name: status.update(Text(plain(f"measuring {name}"))),
-            )
+            content, notes = _write(part, found, turned, view, report)
     except MeasurementError as error:
-        print(f"benchtwin shape: {error}", file=sys.stderr)
-        return NOTHING
-    except OSError as error:
-        print(
-            f"benchtwin shape: cannot write to {out}: {error.strerror or error}",
-            file=sys.stderr,
-        )
-        return MISUSED
-    except KeyboardInterrupt:
-        print(
-            f"\nbenchtwin shape: stopped; nothing was written to {out}", file=sys.stderr
-        )
-        return NOTHING
+        return say("shape", error, FAILED)
     if not quiet:
         _show(content, notes, out)
     return DONE
@@ -135,10 +116,7 @@ def _photos(paths: list[Path]) -> list[Path]:
             inside = sorted(
                 p for p in path.iterdir() if p.suffix.lower() in PHOTO_SUFFIXES
             )
-            if not inside:
-                raise MeasurementError(
-                    f"{path}: no photo in it ({', '.join(PHOTO_SUFFIXES)})"
-                )
+            require(inside, f"{path}: no photo in it ({', '.join(PHOTO_SUFFIXES)})")
             found += inside
         elif path.is_file():
             found.append(path)
@@ -153,22 +131,18 @@ def _photos(paths: list[Path]) -> list[Path]:
 
 def _show(content: dict, notes: tuple[str, ...], out: Path) -> None:
     kinds = sorted(content["counts"].items(), key=lambda item: item[0] != WHOLE)
-    counts = ", ".join(f"{n} {kind}" for kind, n in kinds)
-    print(counts)
+    print(", ".join(f"{n} {kind}" for kind, n in kinds))
     for name in SIZES:
         if name in content:
             of = content[name]
-            if of["mean_low_high_mm"]:
-                interval = " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"])
-            else:
-                interval = ""
+            ends = " to ".join(f"{end:.3f}" for end in of["mean_low_high_mm"])
+            interval = f" ({ends})" if ends else ""
             sd = f", sd {of['sd_mm']:.3f}" if "sd_mm" in of else ""
             print(f"{name:9}  {of['mean_mm']:.3f}{interval} mm{sd}, n = {of['n']}")
-    for doubt in content["doubts"]:
-        print(f"doubtful: {doubt}")
-    for note in notes:
-        print(note)
     print(
+        *(f"doubtful: {doubt}" for doubt in content["doubts"]),
+        *notes,
         f"Seeds: {out / SEEDS}; summary: {out / SUMMARY}; look at {out / 'overlays'}"
-        f" and {out / 'outlines.png'}"
+        f" and {out / 'outlines.png'}",
+        sep="\n",
     )

@@ -9,7 +9,13 @@ import pandas as pd
 
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.board.view import BoardView, sheet_mask
-from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from benchtwin.vision.measurement import (
+    DOUBTFUL,
+    FAILED,
+    GOOD,
+    MeasurementError,
+    require,
+)
 from benchtwin.vision.shape.outline import centroid, ellipse_agreement, feret, solidity
 from benchtwin.vision.shape.silhouettes import (
     Piece,
@@ -101,28 +107,13 @@ class Grains:
     def table(self) -> pd.DataFrame:
         """seeds.csv: a row for each thing found; columns in px without a scale."""
         unit = "px" if self.scale is None else "mm"
-        rows = []
-        for number, g in enumerate(self.grains, 1):
-            sizes = {
-                f"{q}_{unit}": getattr(g, f"{q}_{unit}")
-                for q in ("length", "length_sd", "width", "width_sd")
-            }
-            if self.scale is None:
-                area = {"area_px": g.area_px}
-            else:
-                area = {"area_mm2": g.area_mm2}
-            place = {"seed": number, "x_px": g.x_px, "y_px": g.y_px}
-            rows.append(
-                {
-                    **place,
-                    **sizes,
-                    "angle_deg": g.angle_deg,
-                    **area,
-                    "quality": g.quality,
-                    "reason": g.reason,
-                }
-            )
-        return pd.DataFrame(rows)
+        sizes = (f"{q}_{unit}" for q in ("length", "length_sd", "width", "width_sd"))
+        area = "area_px" if self.scale is None else "area_mm2"
+        names = ["x_px", "y_px", *sizes, "angle_deg", area, "quality", "reason"]
+        rows = [[getattr(g, name) for name in names] for g in self.grains]
+        table = pd.DataFrame(rows, columns=names)
+        table.insert(0, "seed", np.arange(1, len(rows) + 1))
+        return table
 
     def distribution(self) -> pd.DataFrame:
         """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows
@@ -130,17 +121,12 @@ class Grains:
         sd, which does not average out."""
         unit, rows = ("px" if self.scale is None else "mm"), []
         for name in ("length", "width"):
-            values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])
-            spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
-            common = float(values.mean()) * self.common_sd() if unit == "mm" else 0.0
-            if len(values) > 1:
-                mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common))
-            else:
-                mean_sd = float("nan")
-            mean, low, high = (
-                float(v) for v in (values.mean(), values.min(), values.max())
-            )
-            rows.append((name, unit, len(values), mean, spread, low, high, mean_sd))
+            values = pd.Series([getattr(g, f"{name}_{unit}") for g in self.measured])
+            n, mean, spread = len(values), float(values.mean()), float(values.std())
+            common = mean * self.common_sd() if unit == "mm" else 0.0
+            mean_sd = float(np.hypot(spread / np.sqrt(n), common))
+            ends = float(values.min()), float(values.max())
+            rows.append((name, unit, n, mean, spread, *ends, mean_sd))
         columns = ["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"]
         return pd.DataFrame(rows, columns=columns)
 
@@ -189,10 +175,8 @@ def measure_seeds(
     board = board or (scale if isinstance(scale, BoardView) else None)
     region = None if board is None else sheet_mask(image.shape[:2], board)
     relief = make_relief(image, region)
-    if mm_per_px_sd is None or not isinstance(scale, int | float):
-        relative_sd = unstated_sd("scale")
-    else:
-        relative_sd = mm_per_px_sd / scale
+    stated = mm_per_px_sd is not None and isinstance(scale, int | float)
+    relative_sd = mm_per_px_sd / scale if stated else unstated_sd("scale")
     grains = [
         g for g in _find_grains(relief, scale, relative_sd, region) if g is not None
     ]
@@ -308,24 +292,35 @@ def _all_lean(grains: list[Grain]) -> bool:
 
 
 def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
-    doubts = []
-    if edge.hidden > 0.3:
-        doubts.append(f"{100 * edge.hidden:.0f} % of its edge is hidden by neighbours")
-    if edge.lost > 0.25:
-        doubts.append(f"no clear edge over {100 * edge.lost:.0f} % of its outline")
-    if edge.softness > MOST_SOFTNESS or edge.rim > 0.2:
-        doubts.append(
-            "its edge is soft or darker on one side: a shadow may be measured with it"
-        )
-    if solidity(edge.points.astype(np.float32)) < 0.95:
-        doubts.append("its outline is dented: two seeds, or a broken one")
-    if ellipse_agreement(edge.points) < 0.93:
-        doubts.append("its outline is no ellipse")
-    if edge.rim_drop > 0.25:
-        doubts.append("its rim is much fainter than its middle, its edge uncertain")
-    if not 1 / ALIKE < area / typical < ALIKE:
-        doubts.append(f"its area is {area / typical:.1g} times that of most")
-    return doubts
+    soft = edge.softness > MOST_SOFTNESS or edge.rim > 0.2
+    told = (
+        (
+            edge.hidden > 0.3,
+            f"{100 * edge.hidden:.0f} % of its edge is hidden by neighbours",
+        ),
+        (
+            edge.lost > 0.25,
+            f"no clear edge over {100 * edge.lost:.0f} % of its outline",
+        ),
+        (
+            soft,
+            "its edge is soft or darker on one side: a shadow may be measured with it",
+        ),
+        (
+            solidity(edge.points.astype(np.float32)) < 0.95,
+            "its outline is dented: two seeds, or a broken one",
+        ),
+        (ellipse_agreement(edge.points) < 0.93, "its outline is no ellipse"),
+        (
+            edge.rim_drop > 0.25,
+            "its rim is much fainter than its middle, its edge uncertain",
+        ),
+        (
+            not 1 / ALIKE < area / typical < ALIKE,
+            f"its area is {area / typical:.1g} times that of most",
+        ),
+    )
+    return [why for holds, why in told if holds]
 
 
 def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
@@ -341,11 +336,11 @@ def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
             for q in split(touching_patch(relief, p)[0])
         ]
     areas = np.array(lone)
-    if not len(areas):
-        raise MeasurementError(
-            "no seeds stand out from the ground; spread them on paper or cloth of a"
-            " contrasting colour"
-        )
+    require(
+        len(areas),
+        "no seeds stand out from the ground; spread them on paper or cloth of a"
+        " contrasting colour",
+    )
     apart = np.abs(np.log(areas[:, None] / areas))
     alike = apart < np.log(ALIKE)
     most = (alike * np.minimum(areas, NO_DUST_PX)).sum(1).argmax()
@@ -368,13 +363,12 @@ def _rejection(
             for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))
         ):
             return "it touches the board's sheet"
-    if _at_border(patch, relief.mask.shape):
-        return "cut by the picture's border"
-    if area < 0.25 * typical:
-        return "too small for a seed"
-    if area > 3.5 * typical and solidity(patch) >= CONVEX:
-        return "too large for a seed"
-    return ""
+    told = (
+        (_at_border(patch, relief.mask.shape), "cut by the picture's border"),
+        (area < 0.25 * typical, "too small for a seed"),
+        (area > 3.5 * typical and solidity(patch) >= CONVEX, "too large for a seed"),
+    )
+    return next((why for holds, why in told if holds), "")
 
 
 def _rejected(patch: np.ndarray, reason: str) -> Grain:

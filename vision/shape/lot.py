@@ -11,7 +11,7 @@ import pandas as pd
 
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.section import SIZE_LIMITS_MM
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.shape.outline import from_fourier_terms
 
 SEEDS, OUTLINES, SUMMARY = "seeds.csv", "outlines.csv", "lot.toml"
@@ -38,17 +38,14 @@ MODES = 5
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSeed:
-    """One whole seed: sizes with sds [mm], thickness None where no photo shows it;
+    """One whole seed: its sizes [mm], a thickness of NaN where no photo shows it;
     terms (h, 4): Fourier terms of the outline [mm]."""
 
     photo: str
     seed: int
     length_mm: float
-    length_sd_mm: float
     width_mm: float
-    width_sd_mm: float
-    thickness_mm: float | None
-    thickness_sd_mm: float | None
+    thickness_mm: float
     terms: np.ndarray
 
     def outline_mm(self, points: int) -> np.ndarray:
@@ -66,16 +63,8 @@ class Lot:
     def sizes_mm(self) -> np.ndarray:
         """Length, width, thickness of each seed (n, 3); NaN for an unknown
         thickness."""
-        return np.array(
-            [
-                [
-                    s.length_mm,
-                    s.width_mm,
-                    np.nan if s.thickness_mm is None else s.thickness_mm,
-                ]
-                for s in self.seeds
-            ]
-        )
+        sizes = [(s.length_mm, s.width_mm, s.thickness_mm) for s in self.seeds]
+        return np.array(sizes, float).reshape(-1, 3)
 
 
 def read_lot(folder: Path) -> Lot:
@@ -83,44 +72,30 @@ def read_lot(folder: Path) -> Lot:
     what is wrong."""
     rows = _table(folder / SEEDS, SEED_COLUMNS)
     lines = _table(folder / OUTLINES, OUTLINE_COLUMNS)
-    terms: dict[tuple[str, int], np.ndarray] = {}
-    for key, group in lines.groupby(["photo", "seed"], sort=False):
-        ordered = group.sort_values("harmonic")
-        if list(ordered["harmonic"]) != list(range(1, len(ordered) + 1)):
-            raise MeasurementError(
-                f"{folder / OUTLINES}: seed {key[0]}:{key[1]}: harmonic must be 1, 2, 3"
-                " … without a gap"
-            )
-        terms[str(key[0]), int(key[1])] = ordered[["ax", "bx", "ay", "by"]].to_numpy(
-            float
-        )
+    outlines = dict(list(lines.sort_values("harmonic").groupby(["photo", "seed"])))
     seeds = []
     for row in rows[rows["kind"] == WHOLE].to_dict("records"):
         key = (str(row["photo"]), int(row["seed"]))
-        if key not in terms:
+        if (outline := outlines.get(key)) is None:
             raise MeasurementError(
                 f"{folder / OUTLINES}: no outline of seed {key[0]}:{key[1]}, which"
                 f" {SEEDS} lists as whole"
             )
-        numbers = {
-            f"{name}{end}_mm": _number(folder, row, f"{name}{end}_mm")
-            for name in SIZES
-            for end in ("", "_sd")
-        }
-        length, width = (numbers[f"{name}_mm"] or 0.0 for name in ("length", "width"))
-        for name, size in (("length_mm", length), ("width_mm", width)):
+        if list(outline["harmonic"]) != list(range(1, len(outline) + 1)):
+            raise MeasurementError(
+                f"{folder / OUTLINES}: seed {key[0]}:{key[1]}: harmonic must be 1, 2, 3"
+                " … without a gap"
+            )
+        sizes = [float(row[f"{name}_mm"]) for name in SIZES]
+        for name, size in zip(SIZES[:2], sizes):
             if not SIZE_LIMITS_MM[0] <= size <= SIZE_LIMITS_MM[1]:
                 raise MeasurementError(
-                    f"{folder / SEEDS}: seed {key[0]}:{key[1]}: {name} must be 0.05 to"
-                    " 2000"
+                    f"{folder / SEEDS}: seed {key[0]}:{key[1]}: {name}_mm must be 0.05"
+                    " to 2000"
                 )
-        sds = (numbers["length_sd_mm"] or 0.0, numbers["width_sd_mm"] or 0.0)
-        thin = numbers["thickness_mm"], numbers["thickness_sd_mm"]
-        seeds.append(
-            MeasuredSeed(*key, length, sds[0], width, sds[1], *thin, terms[key])
-        )
-    if not seeds:
-        raise MeasurementError(f"{folder / SEEDS}: no whole seed in it")
+        terms = outline[["ax", "bx", "ay", "by"]].to_numpy(float)
+        seeds.append(MeasuredSeed(*key, *sizes, terms))
+    require(seeds, f"{folder / SEEDS}: no whole seed in it")
     return Lot(tuple(seeds))
 
 
@@ -137,28 +112,20 @@ def _table(file: Path, columns: tuple[str, ...]) -> pd.DataFrame:
         raise MeasurementError(f"{file}: column {missing[0]} is missing")
     for name in set(columns) - {"photo", "kind", "reason"}:
         numbers = pd.to_numeric(table[name], errors="coerce")
-        if bad := np.flatnonzero(numbers.isna() & table[name].notna()).tolist():
+        wrong = (numbers.isna() & table[name].notna()) | np.isinf(numbers)
+        if wrong.any():
+            row = int(wrong.argmax())
             raise MeasurementError(
-                f"{file}: row {bad[0] + 2}: {name} = {table[name].iloc[bad[0]]!r} is"
-                " not a number"
+                f"{file}: row {row + 2}: {name} = {table[name].iloc[row]!r} is not a"
+                " number"
             )
         table[name] = numbers
     for name in {"seed", "harmonic"} & set(columns):
-        if table[name].isna().any():
-            raise MeasurementError(
-                f"{file}: column {name} must hold a whole number in every row"
-            )
-    return table
-
-
-def _number(folder: Path, row: dict, name: str) -> float | None:
-    value = float(row[name])
-    if np.isinf(value):
-        raise MeasurementError(
-            f"{folder / SEEDS}: seed {row['photo']}:{row['seed']}: {name} must be"
-            " finite"
+        require(
+            not table[name].isna().any(),
+            f"{file}: column {name} must hold a whole number in every row",
         )
-    return None if np.isnan(value) else value
+    return table
 
 
 def doubts_of(rows: pd.DataFrame) -> list[str]:

@@ -7,11 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pandas as pd
+from scipy.ndimage import find_objects
 
 from benchtwin.bench.section import PLAUSIBLE_MM, SIZE_LIMITS_MM
 from benchtwin.vision.board.view import BoardView, read_board
 from benchtwin.vision.evidence.photo import read_photo
-from benchtwin.vision.measurement import FAILED, MeasurementError
+from benchtwin.vision.measurement import FAILED, MeasurementError, require
 from benchtwin.vision.overlay.seeds import draw_grains
 from benchtwin.vision.shape.grains import Grain, Grains, measure_seeds
 from benchtwin.vision.shape.lot import (
@@ -114,10 +115,10 @@ def measure_lot_photos(
             f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note
         ]
     seeds = pd.DataFrame(rows, columns=list(SEED_COLUMNS))
-    higher = _mean_magnification(seeds, view)
-    shared = float(np.hypot(np.mean(common), higher[1]))
+    higher = _magnification_sd(seeds, view)
+    shared = float(np.hypot(np.mean(common), higher))
     if view.distance_mm is None:
-        hint = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
+        hint = f"sizes may be up to {100 * 2 * higher:.1f} % too large"
         notes.append(
             "the camera's distance is not stated: seeds are above the paper, so that"
             f" {hint}; state --distance-mm"
@@ -133,10 +134,10 @@ def with_thickness(
     """Add the thickness, the width of seeds turned on their side; of seeds in other
     places its mean, sd and number are returned."""
     seeds, whole = spread.seeds.copy(), side.seeds[side.seeds["kind"] == WHOLE]
-    if len(whole) < 2:
-        raise MeasurementError(
-            "the photos of the seeds on their side show fewer than two whole seeds"
-        )
+    require(
+        len(whole) >= 2,
+        "the photos of the seeds on their side show fewer than two whole seeds",
+    )
     found = _same_places(seeds[seeds["kind"] == WHOLE], whole, spread.mm_per_px)
     if found:
         for index, other in found.items():
@@ -205,10 +206,11 @@ def _seed(
     if kind != WHOLE:
         return row, []
     scale = grains.scale
-    if isinstance(scale, BoardView):
-        points = np.stack(scale.to_mm(*grain.edge.T), -1)
-    else:
-        points = grain.edge * float(scale or 1.0)
+    points = (
+        np.stack(scale.to_mm(*grain.edge.T), -1)
+        if isinstance(scale, BoardView)
+        else grain.edge * float(scale or 1.0)
+    )
     found = fourier_terms(aligned_outline(share * points))
     return row, [
         dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6))))
@@ -237,20 +239,16 @@ def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, 
     return along, wide
 
 
-def _mean_magnification(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
-    """Mean relative magnification and its sd; for an unknown distance no correction,
-    but an sd that contains it."""
-    if seeds["width_mm"].notna().any():
-        height = THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"]))
-    else:
-        height = 0.0
+def _magnification_sd(seeds: pd.DataFrame, view: View) -> float:
+    """sd of the mean relative magnification, that of an unknown distance in it."""
+    height = THICKNESS_SHARE / 2 * float(seeds["width_mm"].median())
+    if not np.isfinite(height):
+        return 0.0
     if view.distance_mm is not None:
-        return height / view.distance_mm, float(
-            height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD)
-        )
+        return float(height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD))
     low, high = 1e-3 / FARTHEST_M, 1e-3 / NEAREST_M  # 1/mm, log-uniform
     square = (high**2 - low**2) / 2 / np.log(high / low)
-    return 0.0, float(height * np.sqrt(square))
+    return float(height * np.sqrt(square))
 
 
 def _kinds(grains: tuple[Grain, ...], contrast: np.ndarray) -> list[str]:
@@ -264,46 +262,34 @@ def _kinds(grains: tuple[Grain, ...], contrast: np.ndarray) -> list[str]:
 
 
 def _kind(grain: Grain, contrast: float, area: float) -> str:
-    if "border" in grain.reason:
-        return CUT
-    if grain.quality == FAILED:
-        return BROKEN if "too small" in grain.reason and area > 0.1 else OTHER
-    if contrast < HUSK_SHARE:
-        return HUSK
-    if grain.hidden > HIDDEN:
-        return TOUCHING
-    if area < BROKEN_SHARE or solidity(grain.edge.astype(np.float32)) < DENTED:
-        return BROKEN
-    return WHOLE
+    failed = grain.quality == FAILED
+    dented = solidity(grain.edge.astype(np.float32)) < DENTED
+    told = (
+        ("border" in grain.reason, CUT),
+        (failed and "too small" in grain.reason and area > 0.1, BROKEN),
+        (failed, OTHER),
+        (contrast < HUSK_SHARE, HUSK),
+        (grain.hidden > HIDDEN, TOUCHING),
+        (area < BROKEN_SHARE or dented, BROKEN),
+    )
+    return next((kind for holds, kind in told if holds), WHOLE)
 
 
 def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
     """Distance of each thing's median colour from the background's [levels]."""
-    colour = image.astype(np.float32)
-    colour = colour[..., None] if colour.ndim == 2 else colour
-    every = np.zeros(image.shape[:2], np.uint8)
-    masks = [np.rint(g.edge).astype(np.int32) for g in grains.grains]
-    cv2.fillPoly(every, masks, 1)
-    wide = cv2.dilate(every, np.ones((25, 25), np.uint8))
-    tight = cv2.dilate(every, np.ones((7, 7), np.uint8))
+    colour, labels = np.atleast_3d(image), np.zeros(image.shape[:2], np.int32)
+    for number, g in enumerate(grains.grains, 1):
+        cv2.fillPoly(labels, [np.rint(g.edge).astype(np.int32)], number)
+    every = (labels > 0).astype(np.uint8)
+    wide, tight = (cv2.dilate(every, np.ones((n, n), np.uint8)) for n in (25, 7))
     ground = wide - tight > 0
-    behind = (
-        np.median(colour[ground], axis=0) if ground.any() else np.zeros(colour.shape[2])
-    )
-    found = []
-    for polygon in masks:
-        low, high = np.maximum(polygon.min(0), 0), polygon.max(0) + 1
-        inside = cv2.fillPoly(
-            np.zeros((high - low)[::-1], np.uint8), [polygon - low.astype(np.int32)], 1
-        )
-        patch = colour[low[1] : high[1], low[0] : high[0]]
-        within = inside[: patch.shape[0], : patch.shape[1]] > 0
-        found.append(
-            float(np.linalg.norm(np.median(patch[within], axis=0) - behind))
-            if within.any()
-            else 0.0
-        )
-    return np.array(found)
+    behind = np.median(colour[ground], axis=0) if ground.any() else 0.0
+    places = find_objects(labels, len(grains.grains))
+    found = np.zeros(len(places))
+    for k, at in ((k, at) for k, at in enumerate(places) if at is not None):
+        own = np.median(colour[at][labels[at] == k + 1], axis=0)
+        found[k] = np.linalg.norm(own - behind)
+    return found
 
 
 def _plausible(grains: Grains) -> Grains:
@@ -311,8 +297,7 @@ def _plausible(grains: Grains) -> Grains:
     what a seed's keys may say."""
     length = float(np.median([g.length_mm for g in grains.measured]))
     said = f"seeds of {length:.3g} mm: is the scale right (millimetres a pixel)?"
-    if not SIZE_LIMITS_MM[0] < length <= SIZE_LIMITS_MM[1]:
-        raise MeasurementError(said)
+    require(SIZE_LIMITS_MM[0] < length <= SIZE_LIMITS_MM[1], said)
     if PLAUSIBLE_MM[0] <= length <= PLAUSIBLE_MM[1]:
         return grains
     return replace(

@@ -69,16 +69,12 @@ def fourier_terms(points: Array, harmonics: int = HARMONICS) -> Array:
     step = np.roll(points, -1, 0) - points
     length = np.maximum(np.hypot(*step.T), 1e-12)
     end = np.cumsum(length)
-    t, whole = np.concatenate([[0.0], end]) / end[-1], end[-1]
-    out = np.empty((harmonics, 4))
-    for h in range(1, harmonics + 1):
-        angle = 2 * np.pi * h * t
-        dcos, dsin = np.diff(np.cos(angle)), np.diff(np.sin(angle))
-        scale = whole / (2 * np.pi**2 * h**2)
-        for k in range(2):
-            out[h - 1, 2 * k] = scale * (step[:, k] / length * dcos).sum()
-            out[h - 1, 2 * k + 1] = scale * (step[:, k] / length * dsin).sum()
-    return out
+    h = np.arange(1, harmonics + 1)[:, None]
+    angle = 2 * np.pi * h * np.concatenate([[0.0], end]) / end[-1]
+    along = step / length[:, None] * end[-1] / (2 * np.pi**2)
+    ax, ay = (np.diff(np.cos(angle)) / h**2 @ along).T
+    bx, by = (np.diff(np.sin(angle)) / h**2 @ along).T
+    return np.column_stack([ax, bx, ay, by])
 
 
 def from_fourier_terms(of: Array, count: int) -> Array:

@@ -11,7 +11,7 @@ from skimage.filters import threshold_otsu
 
 from benchtwin.bench.section import COVERAGE_LIMITS
 from benchtwin.vision.evidence.photo import read_photo
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.overlay.canvas import Canvas
 from benchtwin.vision.pile.surface import as_float
 from benchtwin.vision.shape.silhouettes import LEAST_CONTRAST, discriminant
@@ -38,7 +38,10 @@ class Covered:
     def overlay(self) -> np.ndarray:
         """The picture with the borders of what was taken for seeds (uint8 RGB)."""
         canvas = Canvas(self.image)
-        for border in _borders(self.seeds):
+        borders = cv2.findContours(
+            self.seeds.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE
+        )[0]
+        for border in borders:
             canvas.polygon(border[:, 0].astype(float), (90, 220, 90), 1.0)
         said = f"seeds cover {self.share:.3f} ± {self.sd:.3f} of the plate"
         canvas.legend([(said, (255, 255, 255))])
@@ -63,11 +66,11 @@ def measure_coverage(image: np.ndarray) -> Covered:
     tried = [_two_levels(flat, start) for start in (*flat.T, np.ptp(flat, axis=1))]
     within, levels = min(tried, key=lambda found: found[0])
     levels = levels.reshape(pixels.shape[:2])
-    if LEAST_CONTRAST * within > 1:
-        raise MeasurementError(
-            "seeds do not stand out from the board between them: photograph the plate"
-            " from above, with light from all sides, on a board of another colour"
-        )
+    require(
+        LEAST_CONTRAST * within <= 1,
+        "seeds do not stand out from the board between them: photograph the plate"
+        " from above, with light from all sides, on a board of another colour",
+    )
     seeds = levels > 0.5
     if _with_a_middle(~seeds) > _with_a_middle(seeds):
         levels = 1 - levels
@@ -81,11 +84,11 @@ def measure_coverage(image: np.ndarray) -> Covered:
     ]
     parts = (ends[0] - ends[1]) / 2, float(np.std(tiles)) / TILES, OBLIQUE
     least, most = COVERAGE_LIMITS
-    if not least <= share <= most:
-        raise MeasurementError(
-            f"seeds cover {share:.2f} of the picture: one layer covers {least:g} to"
-            f" {most:g}; the plate must fill the picture"
-        )
+    require(
+        least <= share <= most,
+        f"seeds cover {share:.2f} of the picture: one layer covers {least:g} to"
+        f" {most:g}; the plate must fill the picture",
+    )
     return Covered(share, float(np.sqrt(np.sum(np.square(parts)))), seeds, small)
 
 
@@ -121,10 +124,3 @@ def _with_a_middle(mask: np.ndarray) -> float:
     of a disc, next to nothing of gaps between discs."""
     depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3)
     return float((depth > depth.max() / 2).sum() / max(mask.sum(), 1))
-
-
-def _borders(mask: np.ndarray) -> tuple[np.ndarray, ...]:
-    found = cv2.findContours(
-        mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE
-    )[0]
-    return tuple(border for border in found if len(border) > 2)

@@ -98,14 +98,8 @@ class _Levels:
 
     def height(self, pixels: np.ndarray) -> np.ndarray:
         """About 0 on the background and 1 on grains, float32 (h, w)."""
-        ground = illumination_at(
-            self.surface @ self.direction[:, None], *_grid(pixels), pixels.shape[:2]
-        )
+        ground = illumination_at(self.surface @ self.direction[:, None], pixels.shape)
         return (pixels @ self.direction.astype(np.float32)) - ground[..., 0]
-
-
-def _grid(pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.arange(pixels.shape[1]), np.arange(pixels.shape[0])[:, None]
 
 
 def _large_things(
@@ -148,7 +142,7 @@ def _separate(small: np.ndarray, allowed: np.ndarray) -> _Levels | None:
         inner = cv2.erode(ground.astype(np.uint8), kernel, borderValue=1) > 0
         where = inner if inner.sum() > 50 else ground
         surface = fit_illumination(small, where)
-        flat = small - illumination_at(surface, *_grid(small), small.shape[:2])
+        flat = small - illumination_at(surface, small.shape)
         direction, contrast = discriminant(
             flat[where], flat[grains], small[where].mean(axis=0)
         )

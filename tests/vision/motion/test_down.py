@@ -13,7 +13,6 @@ from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.rigs.drop.observe import observe_drop
 from benchtwin.rigs.drop.read import drops_of
 from benchtwin.vision.motion.down import direction_of_fall, upright
-from benchtwin.vision.motion.of_recording import to_mm
 from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.motion.track_seed import track_seed
 
@@ -38,7 +37,7 @@ def test_the_direction_is_that_of_the_flights(deg, noise_mm):
     track = turned(deg, noise_mm)
     fall = direction_of_fall(track.time, track.x, track.y)
     assert fall is not None
-    assert abs((fall.deg + deg + 180) % 360 - 180) < 0.1 + noise_mm / 2
+    assert abs((fall[0] + deg + 180) % 360 - 180) < 0.1 + noise_mm / 2
 
 
 @pytest.mark.parametrize("deg", [90.0, -25.0, 180.0])
@@ -70,7 +69,7 @@ def test_a_film_that_lies_on_a_side_is_followed_and_measured(turns):
     stated = drop(None, fps=240, mm_per_px=0.5)
     recording, (said,) = upright(tracked.track, stated)
     assert f"falls {180 if turns == 2 else 90}.0°" in said
-    found = measure_drop(to_mm(tracked.track, 0.5), recording)
+    found = measure_drop(tracked.track.in_mm(0.5), recording)
     normal = named(found)["restitution_normal"]
     assert abs(normal.value - 0.7) < 3 * normal.sd < 0.02
 

@@ -11,7 +11,7 @@ from benchtwin.bench.keys import Camera
 from benchtwin.rigs.slide.keys import Slide
 from benchtwin.vision.evidence.frames import Frame, FrameSource
 from benchtwin.vision.motion.edge_line import track_edge
-from benchtwin.vision.motion.plate_background import background_of
+from benchtwin.vision.motion.plate_frames import background_of
 from benchtwin.vision.motion.tilting_plate import track_slide
 from benchtwin.vision.recording import Recording
 
@@ -80,7 +80,7 @@ def test_the_wall_is_learnt_wherever_plate_and_block_leave_it(film):
     assert lines is not None
     size = (WIDE, HIGH)
     true = cv2.resize(film.wall, size, interpolation=cv2.INTER_AREA).astype(float)
-    off = np.abs(background_of(film, lines, 1).picture - true).max(axis=2)
+    off = np.abs(background_of(film, lines, 1) - true).max(axis=2)
     assert np.mean(off > 12) < 0.02  # but near the hinge, where the plate hardly moves
     assert not (off[:, 300:] > 12).any()
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, text_width, wrapped
+from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, letters, wrapped
 from benchtwin.vision.overlay.plot import plot
 
 CAPITAL_PX = 8  # of letters of 12 px
@@ -46,17 +46,17 @@ def test_long_lines_are_wrapped_to_the_room_that_there_is():
     )
     lines = wrapped(text, 500, 2.0)
     assert len(lines) > 2 and " ".join(line.strip() for line in lines) == text
-    assert max(text_width(line, 2.0) for line in lines) < 1.15 * 500
+    assert max(map(letters(2.0).getlength, lines)) < 1.15 * 500
 
 
 def test_what_lies_far_outside_or_is_unknown_costs_no_picture():
     """A plate's line of a film held sideways may be upright: its ends lie 1e18 px
     away."""
     canvas = Canvas(np.zeros((300, 400, 3), np.uint8))
-    canvas.line(200 - 9, 150 - 1e18, 200 + 9, 150 + 1e18, WHITE)
+    canvas.curve([200 - 9, 200 + 9], [150 - 1e18, 150 + 1e18], WHITE)
     assert canvas.pixels[:, canvas.pixels.shape[1] // 2 - 3 :][:, :6].max() == 255
     plain = canvas.pixels.copy()
-    canvas.line(np.nan, 0, 9, 9, WHITE)
+    canvas.curve([np.nan, 9], [0, 9], WHITE)
     canvas.ring(np.nan, 5, WHITE)
     canvas.ring(1e12, 5, WHITE)
     canvas.cross(5, np.inf, WHITE)
