@@ -1,10 +1,12 @@
-"""Surfaces of simulated heaps against what the diagnosis of piles holds for usual
-(diagnose/rigs/pile/heap_priors.py).
+"""Surfaces of usual heaps that lean on a wall, simulated, and the table of them that a
+diagnosis of piles holds heaps against (rigs/pile/usual_heaps.csv).
 
-    python benchmarks/pile_emulator.py [RUNS]      to add, default all; 0: what is there
+    python benchmarks/pile_emulator.py [FIRST LAST]    runs of that numbers; 0 0: none
 
-One core, about a minute a heap; what has been run is kept in benchmark-runs/heaps/ and
-not run again."""
+Boxes in a slice or a channel, of drawn size, filling, speed of the gate, frictions and
+seeds. One core, about ten seconds a heap; what has been run is kept in
+benchmark-runs/heaps/ and not run again. Each heap is then held against a table of all
+others: the share of heaps beyond 2 sd, along the flank."""
 
 import argparse
 import json
@@ -12,161 +14,125 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import uniform_filter1d
 
 from benchtwin.rigs.pile import heap_priors
 from benchtwin.rigs.pile.flanks import photo_of
-from benchtwin.rigs.pile.read import SeenPile
-from benchtwin.sim.rigs.profile import outline
+from benchtwin.rigs.pile.heap_outline import outlined
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
 from benchtwin.twin.run import run
 
 STORE = Path("benchmark-runs/heaps")
-SEED_MM = 8.7
-SLAB = {
-    "box_mm": [105, 30, 200],
-    "gate_mm": [30, 200],
-    "plate_mm": [300, 30],
-    "fill_height_mm": 60,
-    "slab": True,
-}
-WALLED = {**SLAB, "plate_mm": [300, 200], "slab": False}
-ROUND = {"cylinder_mm": [70.0, 150.0], "fill_height_mm": 60, "plate_mm": [300, 300]}
-STEP_MM = 1.0
-CASES: list[tuple[str, dict, dict]] = [  # what it shows, contact parameters, [pile]
-    ("usual", {}, SLAB),
-    ("usual", {"seed_static_friction": 0.3, "seed_rolling_friction": 0.02}, SLAB),
-    ("usual", {"seed_static_friction": 0.55, "seed_rolling_friction": 0.1}, SLAB),
-    ("usual", {"seed_static_friction": 0.3, "seed_rolling_friction": 0.1}, SLAB),
-    ("usual", {}, ROUND),
-    ("gate-speed", {}, {**SLAB, "gate_speed_mm_s": 200}),
-    ("usual", {"seed_static_friction": 0.3, "seed_rolling_friction": 0.02}, ROUND),
-    ("wall-friction", {}, WALLED),
-    ("cohesion", {"laws": {"cohesion_jkr": {"work": 0.3}}}, SLAB),
-    ("particle-shape", {"spheres": 1}, SLAB),
-    ("gate-speed", {}, {**SLAB, "gate_speed_mm_s": 25}),
-    ("usual", {"seed_static_friction": 0.55, "seed_rolling_friction": 0.1}, ROUND),
-]
-PACKINGS = 2
+RUNS = 80
+MOST_SEEDS, PACKED = 1100, 0.62
+FLOOR_MM = 500.0
+MODES = 8
+AT = np.arange(0.0, 1.41, 0.05)  # of the flank's way
 
 
-def jobs() -> list[tuple[str, Job]]:
-    """All heaps, the first packing of each case before the second."""
-    made = []
-    for packing in range(PACKINGS):
-        made += [
-            (
-                what,
-                Job(
-                    "pile",
-                    Parameters(**p),
-                    {"pile": pile},
-                    (9, packing),
-                    rendered=False,
-                ),
-            )
-            for what, p, pile in CASES
-        ]
-    return made
-
-
-def heap(what: str, job: Job) -> None:
-    """Run one heap and keep its outline."""
-    file = STORE / f"{job.key}.json"
-    if file.exists():
-        return
-    motion, _ = run(
-        job.recording(Path("heap")),
-        job.parameters,
-        rng=np.random.default_rng(list(job.rng)),
-        threads=1,
-    )
-    places = 1e3 * motion.positions_m[-1, :, 0]
-    x = np.arange(np.floor(np.nanmin(places)) - 12, np.nanmax(places) + 12, STEP_MM)
-    surface = 1e3 * outline(motion, 1e-3 * x)
-    kept = {
-        "what": what,
-        "input": job.input,
-        "truth": motion.truth,
-        "x_mm": x.tolist(),
-        "z_mm": surface.tolist(),
+def drawn(number: int) -> Job:
+    """A heap: half of them in a channel, half in a slice between smooth sides."""
+    rng = np.random.default_rng([77, number])
+    seed_mm, longer = rng.uniform(6, 10), rng.choice([1.0, rng.uniform(1, 1.4)])
+    length, fill, width = rng.uniform((60, 50, 30), (120, 130, 60))
+    volume = np.pi / 6 * seed_mm**3
+    while PACKED * length * fill * width > MOST_SEEDS * volume:
+        length, fill, width = 0.97 * length, 0.95 * fill, max(3 * seed_mm, 0.9 * width)
+    floor = [FLOOR_MM, width]
+    pile = {
+        "box_mm": [length, width, 200.0],
+        "gate_mm": [width, 200.0],
+        "plate_mm": floor,
+        "fill_height_mm": fill,
+        "gate_speed_mm_s": np.exp(rng.uniform(np.log(30), np.log(2000))),
+        **({"slab": True} if number % 2 else {"channel_mm": floor}),
     }
+    thick = seed_mm / longer**0.5
+    seed = {"length_mm": seed_mm * longer, "width_mm": thick, "thickness_mm": thick}
+    parameters = Parameters(
+        seed_static_friction=_digits(rng.uniform(0.2, 0.8)),
+        static_friction=_digits(rng.uniform(0.1, 0.5)),
+        seed_rolling_friction=_digits(np.exp(rng.uniform(np.log(0.005), np.log(0.1)))),
+    )
+    description = {"pile": pile, "seed": seed | {"density_kg_m3": 1050.0}}
+    return Job("pile", parameters, _rounded(description), (9, number), rendered=False)
+
+
+def _digits(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _rounded(given):
+    """The same with numbers of four digits."""
+    if isinstance(given, dict):
+        return {name: _rounded(value) for name, value in given.items()}
+    if isinstance(given, list):
+        return [_rounded(value) for value in given]
+    return given if isinstance(given, bool) else _digits(given)
+
+
+def heap(job: Job, file: Path) -> None:
+    """Run one heap and keep its flanks' surfaces."""
+    recording = job.recording(Path("heap"))
+    rng = np.random.default_rng(list(job.rng))
+    motion, _ = run(recording, job.parameters, rng=rng, threads=1)
+    photo = photo_of(outlined(motion, recording))
+    kept = [
+        {
+            "angle_deg": f.angle_deg,
+            "seeds_high": f.height / photo.seed_mm,
+            "surface": np.interp(AT, f.u, f.v).tolist(),
+        }
+        for f in photo.flanks
+    ]
     part = file.with_suffix(".part")
-    part.write_text(json.dumps(kept))
+    part.write_text(json.dumps({"input": job.input, "flanks": kept}))
     part.replace(file)
 
 
-def seen(kept: dict) -> SeenPile:
-    """The outline as a photo at table height would show it: its plate level, its plumb
-    line known."""
-    two = "cylinder_mm" in kept["input"]["description"]["pile"]
-    x = np.arange(kept["x_mm"][0] if two else 0.0, kept["x_mm"][-1], 0.25)
-    z = np.interp(x, kept["x_mm"], kept["z_mm"])
-    smooth = uniform_filter1d(z, len(z) // 50 | 1)
-    crest, low = int(smooth.argmax()), np.flatnonzero(smooth < 0.02 * z.max())
-    right = x[min(low[low > crest], default=len(x) - 1)]
-    left = x[max(low[low < crest], default=0)] if two else None
-    description = {
-        "camera": {"plumb_deg": 0.0, "plumb_sd_deg": 0.05},
-        "pile": {},
-        "seed": {"length_mm": SEED_MM},
-    }
-    return SeenPile(
-        kept["what"],
-        "",
-        x,
-        z,
-        "mm",
-        0.0,
-        0.0,
-        0.02,
-        "plate",
-        x[crest],
-        (left, right),
-        description,
-    )
+def table_of(heaps: pd.DataFrame) -> pd.DataFrame:
+    """Mean departure from the straight flank of a flat heap many seeds high, its slopes
+    by seeds per height and by degrees, and principal components, each times its sd."""
+    rest = np.array([*heaps.surface]) - heap_priors.straight(AT)
+    by = np.column_stack([np.ones(len(heaps)), 1 / heaps.seeds_high, heaps.angle_deg])
+    line = np.linalg.lstsq(by, rest, rcond=None)[0]
+    _, sizes, axes = np.linalg.svd(rest - by @ line, full_matrices=False)
+    modes = sizes[:MODES, None] * axes[:MODES] / np.sqrt(len(heaps) - by.shape[1])
+    columns = dict(zip(("flat", "per_seed", "per_deg"), line, strict=True))
+    columns |= {f"mode_{k + 1}": mode for k, mode in enumerate(modes)}
+    return pd.DataFrame({"u": AT} | columns).round(5)
 
 
-def departures(kept: dict) -> pd.DataFrame:
-    """Departure from the straight flank over what is usual, in sd of what is, by tenths
-    of the flank's way; one row a flank."""
-    rows = []
-    for flank in photo_of(seen(kept)).flanks:
-        high = flank.height / SEED_MM
-        rest = (
-            flank.v - heap_priors.straight(flank.u) - heap_priors.mean(flank.u, high)
-        ) / heap_priors.spread(flank.u, high)
-        tenth = np.floor(10 * flank.u).astype(int)
-        row = {"what": kept["what"], "angle_deg": flank.angle_deg, "seeds_high": high}
-        rows.append(
-            row
-            | {
-                f"{k / 10:.1f}": float(rest[tenth == k].mean())
-                for k in range(12)
-                if (tenth == k).any()
-            }
-        )
-    return pd.DataFrame(rows)
+def beyond(heaps: pd.DataFrame) -> pd.Series:
+    """Share of heaps that are 2 sd and more off the mean of all others, by place."""
+    z = []
+    for k in heaps.index:
+        own, usual = heaps.loc[k], heap_priors.at_a_wall(table_of(heaps.drop(k)))
+        mean = usual.mean(AT, own.seeds_high, own.angle_deg)
+        rest = own.surface - heap_priors.straight(AT) - mean
+        z.append(rest / usual.spread(AT, own.seeds_high))
+    return pd.Series((np.abs(z) > 2).mean(axis=0), AT.round(2))
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("runs", type=int, nargs="?")
-    runs = parser.parse_args().runs
+    parser.add_argument("runs", type=int, nargs="*", default=[0, RUNS])
     STORE.mkdir(parents=True, exist_ok=True)
-    every = jobs()
-    left = [
-        (what, job) for what, job in every if not (STORE / f"{job.key}.json").exists()
-    ]
-    for done, (what, job) in enumerate(left[:runs], start=1):
-        heap(what, job)
-        print(f"{done} of {len(left)}: {what}", flush=True)
-    kept = [
-        json.loads(file.read_text())
-        for file in (STORE / f"{job.key}.json" for _, job in every)
+    for number in range(*parser.parse_args().runs):
+        job = drawn(number)
+        if not (file := STORE / f"{job.key}.json").exists():
+            heap(job, file)
+            print(f"heap {number} of {RUNS}", flush=True)
+    files = [STORE / f"{drawn(number).key}.json" for number in range(RUNS)]
+    kept = pd.DataFrame(
+        flank
+        for file in files
         if file.exists()
-    ]
-    print(pd.concat([departures(k) for k in kept]).round(1).to_string(index=False))
+        for flank in json.loads(file.read_text())["flanks"]
+    )
+    if len(kept) < RUNS / 2:
+        raise SystemExit(f"{len(kept)} of {RUNS} heaps: too few for a table")
+    table_of(kept).to_csv(heap_priors.TABLE, index=False)
+    print(beyond(kept).round(2).to_string())

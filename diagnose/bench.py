@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.lines import one_a_reason
 from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.stated import with_stated
 from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
@@ -87,7 +88,8 @@ def diagnose_bench(
         if len(f.recordings) == 1
     )
     said = tuple(dict.fromkeys(trouble))
-    notes = (*notes, *_sds_not_used(entries, tuple(used)), *_aside(entries))
+    aside = one_a_reason((e.recording, e.aside) for e in entries if e.aside)
+    notes = (*notes, *_sds_not_used(entries, tuple(used)), *aside)
     return Diagnosis(observed.folder, findings, used, refused, said, notes, took, seed)
 
 
@@ -99,15 +101,6 @@ def _used(observed: Observed, rig: str, here: list[Listed]) -> list[Recording]:
         for entry in observed.entries
         if isinstance(entry, Recording) and entry.rig == rig and entry.id in names
     ]
-
-
-def _aside(entries: list[Listed]) -> list[str]:
-    """Recordings that are left aside, one line for all of them with one reason."""
-    found: dict[str, list[str]] = {}
-    for entry in entries:
-        if entry.aside:
-            found.setdefault(entry.aside, []).append(entry.recording)
-    return [f"{', '.join(who)}: {why}" for why, who in found.items()]
 
 
 def _sds_not_used(entries: list[Listed], only: tuple[str, ...]) -> list[str]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from benchtwin.bench.lines import one_a_reason
 from benchtwin.infer import power_law
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
@@ -18,6 +19,11 @@ from benchtwin.rigs.pile.problem import differing, problem_of, rows, seeds_high
 from benchtwin.rigs.pile.scatter import scatter_of
 
 ONE = "one photo: nothing can be held out, and nothing is named for certain"
+ONE_FLANK = "one flank only: left and right cannot be compared"
+COUNTED = {
+    "plate": "no plumb_deg: angles count from the plate's own line",
+    "rows": "no plumb_deg: angles count from the picture's rows",
+}
 NO_SCALE = (
     "no scale in {}: places are shares of the flank, and the toe is not compared with"
     " the size of a seed"
@@ -161,19 +167,12 @@ def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
 
 
 def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
-    notes = [f"{p.recording}: {n}" for p in photos for n in p.notes]
-    notes += [
-        f"{p.recording}: one flank only: left and right cannot be compared"
-        for p in photos
-        if len(p.flanks) == 1
+    said = [(p.recording, n) for p in photos for n in p.notes]
+    said += [(p.recording, ONE_FLANK) for p in photos if len(p.flanks) == 1]
+    said += [
+        (p.recording, COUNTED[p.reference]) for p in photos if p.reference in COUNTED
     ]
-    for p in photos:
-        if p.reference != "plumb":
-            if p.reference == "plate":
-                from_what = "the plate's own line"
-            else:
-                from_what = "the picture's rows"
-            notes.append(f"{p.recording}: no plumb_deg: angles count from {from_what}")
+    notes = [*one_a_reason(said)]
     unscaled = [p.recording for p in photos if p.unit == "px"]
     notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []
     low = [(p, high) for p in photos if (high := seeds_high(p)) < 5]

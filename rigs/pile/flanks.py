@@ -19,7 +19,7 @@ STEP, REACH = 0.0125, 1.4  # of u
 # height of the line at the wall, over the crest, above which the top never moved
 PLATEAU = 1.15
 WALL_JUMP = 0.12  # of the crest's height
-LEAST_ROWS = 40
+LEAST_ROWS = 24
 # of the flank's way, where no seed's size is known: half a seed, of which at a wall
 # only the round side is seen
 EDGE = 0.03
@@ -59,6 +59,7 @@ class Photo:
     width_mm: float
     seed_mm: float
     rig_mm: float  # size of what was emptied
+    plain: bool  # known to be usual
     notes: tuple[str, ...]
     conditions: dict
     creep_deg: float = float("nan")  # flattening between photos, see creep_deg
@@ -68,7 +69,14 @@ class Photo:
         """Known quantities that may differ; photos of equal `stated` are repeats."""
         size = np.round(np.log(self.rig_mm) / SAME_SIZE)
         known = np.nan_to_num(
-            [self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, size],
+            [
+                self.gate_speed_mm_s,
+                self.photo_s,
+                self.width_mm,
+                self.seed_mm,
+                size,
+                self.plain,
+            ],
             nan=-1.0,
         )
         return (*known.tolist(), *sorted(self.conditions.items()))
@@ -156,7 +164,7 @@ def photo_of(seen) -> Photo:
     plumb, plate_seen = camera.get("plumb_deg"), seen.base_source != "toe"
     reference = "plumb" if plumb is not None else "plate" if plate_seen else "rows"
     level = {"plumb": plumb, "plate": seen.base_deg, "rows": 0.0}[reference]
-    x, height = _upright(seen, level)
+    x, height, shown = _upright(seen, level)
     crest = _upright_x(seen.crest_x, seen, level)
     notes: list[str] = []
     lean = float(np.tan(np.radians(seen.base_deg - level)))
@@ -164,7 +172,7 @@ def photo_of(seen) -> Photo:
         seed.get("length_mm", float("nan")) / 2 if seen.unit == "mm" else float("nan")
     )
     toes = [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x]
-    flanks = _flanks(x, height, crest, toes, lean, half, notes)
+    flanks = _flanks(x, height, shown, crest, toes, lean, half, notes)
     box = pile.get("box_mm")
     both = plumb is not None and plate_seen
     return Photo(
@@ -181,6 +189,7 @@ def photo_of(seen) -> Photo:
         box[1] if box else float("nan"),
         seed.get("length_mm", float("nan")),
         _rig_mm(pile),
+        pile.get("plain", False),
         (*notes, *(n for n in seen.notes if "cut by" in n)),
         seen.description.get("conditions", {}),
     )
@@ -194,15 +203,17 @@ def _rig_mm(pile: dict) -> float:
     return float(across)
 
 
-def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places along the reference horizontal and heights above the plate's line (n,)."""
+def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places along the reference horizontal, heights above the plate's line, and
+    whether the surface is seen there (n,)."""
     there = np.isfinite(seen.z)
     x, z = seen.x[there], seen.z[there] - seen.base_z
     c, s = np.cos(np.radians(level_deg)), np.sin(np.radians(level_deg))
     along, up = x * c - z * s, x * s + z * c
     order = np.argsort(along, kind="stable")
     along, up = along[order], up[order]
-    return along, up + np.tan(np.radians(seen.base_deg - level_deg)) * along
+    shown = ~seen.hidden[there][order] if len(seen.hidden) else np.isfinite(along)
+    return along, up + np.tan(np.radians(seen.base_deg - level_deg)) * along, shown
 
 
 def _upright_x(x: float, seen, level_deg: float) -> float:
@@ -215,9 +226,17 @@ def _upright_x(x: float, seen, level_deg: float) -> float:
 
 
 def _flanks(
-    x, height, crest: float, toes, lean: float, half_seed: float, notes: list[str]
+    x,
+    height,
+    shown,
+    crest: float,
+    toes,
+    lean: float,
+    half_seed: float,
+    notes: list[str],
 ) -> tuple[Flank, ...]:
-    """lean: how far the plate falls per x; half_seed: in the photo's unit, or NaN."""
+    """shown (n,): where the surface is seen; lean: how far the plate falls per x;
+    half_seed: in the photo's unit, or NaN."""
     found = []
     for side, toe in ((-1, toes[0]), (1, toes[1])):
         if toe is None:
@@ -244,8 +263,8 @@ def _flanks(
             else EDGE
         )
         u, v = _rows(
-            out / length,
-            height / level,
+            out[shown] / length,
+            height[shown] / level,
             max(cut, edge),
             min(side * (toe - start) / length, REACH),
         )

@@ -1,25 +1,35 @@
-"""Priors of the usual heap, from simulated ones (benchmarks/pile_emulator.py),
-widened."""
+"""Priors of the usual heap.
+
+One that leans on a wall is as simulated ones are (benchmarks/pile_emulator.py); one
+with a free crest as heaps of soybeans of five spheres under a lifted cylinder were,
+widened: lifted off single spheres, a cylinder leaves a layer."""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from benchtwin.rigs.pile.effects.shapes import crest, middle, toe
 
-CREST_MEAN, CREST_SD, CREST_WIDTH = -0.04, 0.03, 0.12
-TOE_MEAN, TOE_SD, TOE_WIDTH = 0.05, 0.03, 0.1
-TOE_IN_SEEDS = 0.6  # height of the toe over a seed's length
-# further sd at crest and toe: a share of a seed's length; where seed or scale is not
-# stated
-SD_IN_SEEDS = 0.25
-SD_UNKNOWN = 0.01
-# sd along the flank, and a share of a seed's length more where that is known
-FLANK_SD = 0.005
-FLANK_IN_SEEDS = 0.05
+TABLE = Path(__file__).with_name("usual_heaps.csv")
+# of the table's sds: real walls, gates and seeds differ by more than drawn ones
+DOUBT = 1.5
+# seeds per height of a heap whose seed or scale is not stated: mean and sd
+PER_HEIGHT, PER_HEIGHT_SD = 0.1, 0.05
+# smooth departures of any shape beside the others, which no drawn heap had: their sd,
+# and as a share of the others' sd
+BUMPS, BUMP_WIDTH = np.arange(-0.05, 1.46, 0.1), 0.1
+BUMP_SD, BUMP_SHARE = 0.01, 0.4
+# a free crest: mean, sd, width; the toe's height over a seed's length; sd along it
+AT = np.arange(0.0, 1.41, 0.025)  # of the flank's way
+CREST_MEAN, CREST_SD, CREST_WIDTH = -0.04, 0.055, 0.12
+TOE_IN_SEEDS, TOE_SD, TOE_WIDTH = 0.6, 0.055, 0.1
+FLANK_SD = 0.01
 # how far up an apron reaches, over the flank's way; of its height at the toe
 TAILS = (0.07, 0.15, 0.3)
 TAIL_SD = 0.03
-BUMPS, BUMP_WIDTH = np.arange(-0.05, 1.46, 0.1), 0.1
-COLUMNS = len(BUMPS) + len(TAILS)
 PARTS = {
     "crest": crest,
     "toe": toe,
@@ -53,32 +63,61 @@ def straight(u: np.ndarray) -> np.ndarray:
     return np.maximum(1 - u, 0.0)
 
 
-def mean(u: np.ndarray, seeds_high: float) -> np.ndarray:
-    """Usual departure from the straight flank; seeds_high: height over a seed's length,
-    or NaN."""
-    height = TOE_IN_SEEDS / seeds_high if np.isfinite(seeds_high) else TOE_MEAN
-    return CREST_MEAN * np.exp(-0.5 * (u / CREST_WIDTH) ** 2) + min(
-        height, 0.2
-    ) * np.exp(-np.abs(u - 1) / TOE_WIDTH)
+@dataclass(frozen=True, eq=False)
+class Usual:
+    """Departure from the straight flank at places `at` (m,): a mean, which goes with
+    seeds per height and with the angle, and components (m, k), each times its sd."""
+
+    at: np.ndarray
+    flat: np.ndarray
+    per_seed: np.ndarray
+    per_deg: np.ndarray
+    components: np.ndarray
+
+    def mean(self, u: np.ndarray, seeds_high: float, angle_deg: float) -> np.ndarray:
+        """(n,) at u; seeds_high: height over a seed's length, or NaN."""
+        per_height = 1 / seeds_high if np.isfinite(seeds_high) else PER_HEIGHT
+        whole = self.flat + per_height * self.per_seed + angle_deg * self.per_deg
+        return np.interp(u, self.at, whole)
+
+    def steeper(self, u: np.ndarray) -> np.ndarray:
+        """How the mean (n,) changes with the angle [1/deg]."""
+        return np.interp(u, self.at, self.per_deg)
+
+    def columns(self, u: np.ndarray, seeds_high: float) -> np.ndarray:
+        """(n, k) whose sum, each times a standard normal number, is how usual heaps
+        depart from `mean`."""
+        doubt = 0.0 if np.isfinite(seeds_high) else PER_HEIGHT_SD
+        at = np.column_stack([self.components, doubt * self.per_seed])
+        own = np.column_stack([np.interp(u, self.at, column) for column in at.T])
+        any_shape = BUMP_SD + BUMP_SHARE * np.linalg.norm(own, axis=1)
+        return np.column_stack([own, _smooth(u, any_shape)])
+
+    def spread(self, u: np.ndarray, seeds_high: float) -> np.ndarray:
+        """sd (n,) of that."""
+        return np.linalg.norm(self.columns(u, seeds_high), axis=1)
 
 
-def spread(u: np.ndarray, seeds_high: float) -> np.ndarray:
-    """sd of a material's own departure from `mean`."""
-    known = np.isfinite(seeds_high)
-    more = min(SD_IN_SEEDS / seeds_high, 0.1) if known else SD_UNKNOWN
-    flank = FLANK_SD + (FLANK_IN_SEEDS / seeds_high if known else 0.0)
-    crest = (CREST_SD + more) * np.exp(-0.5 * (u / CREST_WIDTH) ** 2)
-    return flank + crest + (TOE_SD + more) * np.exp(-np.abs(u - 1) / TOE_WIDTH)
+def at_a_wall(table: pd.DataFrame) -> Usual:
+    """Heaps with one flank, as the table's are."""
+    columns = (table[n].to_numpy() for n in ("u", "flat", "per_seed", "per_deg"))
+    return Usual(*columns, DOUBT * table.filter(like="mode_").to_numpy())
 
 
-def bumps(u: np.ndarray, seeds_high: float) -> np.ndarray:
-    """Smooth columns (n, COLUMNS) whose sum has sd `spread`, and aprons at the toe."""
+@cache
+def usual(flanks: int) -> Usual:
+    """Heaps with one flank, at a wall, or two."""
+    if flanks == 1:
+        return at_a_wall(pd.read_csv(TABLE))
+    crests = np.exp(-0.5 * (AT / CREST_WIDTH) ** 2)
+    toes = np.exp(-np.abs(AT - 1) / TOE_WIDTH)
+    sd = FLANK_SD + CREST_SD * crests + TOE_SD * toes
+    aprons = TAIL_SD * np.exp(-np.abs(AT[:, None] - 1) / np.array(TAILS))
+    components = np.column_stack([_smooth(AT, sd), aprons])
+    return Usual(AT, CREST_MEAN * crests, TOE_IN_SEEDS * toes, 0.0 * AT, components)
+
+
+def _smooth(u: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """Bumps (n, k) whose sum has this sd (n,)."""
     shape = np.exp(-0.5 * ((u[:, None] - BUMPS) / BUMP_WIDTH) ** 2)
-    smooth = (
-        spread(u, seeds_high)[:, None]
-        * shape
-        / np.sqrt((shape**2).sum(1, keepdims=True))
-    )
-    return np.column_stack(
-        [smooth, TAIL_SD * np.exp(-np.abs(u[:, None] - 1) / np.array(TAILS))]
-    )
+    return sd[:, None] * shape / np.linalg.norm(shape, axis=1)[:, None]

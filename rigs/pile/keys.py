@@ -49,6 +49,9 @@ class Pile(Section):
     """Whether the camera looks through side walls."""
     slab: bool | None = None
     """Whether only a slice of the pile, between smooth sides, is simulated."""
+    plain: bool | None = None
+    """Whether the seeds are known to be as usual: what heaps that do not say so show
+    beyond this one is missing."""
     filled_mass_g: Positive | None = None
     """What was filled in, up to fill_height_mm; weighed, it tells more than the
     angle."""

@@ -1,13 +1,15 @@
 """Heaps as a problem: flanks' surfaces, their angles and the plate's line, all linear.
 
-surface   v(u) = max(1 − u, 0) + usual(u) + material (global bumps) + packing (local)
+surface   v(u) = max(1 − u, 0) + usual(u) + material (global) + packing (local)
           + effects
 angle     θ = θ₀ + side · (turn of the heap in the picture) + packing + effects
 plate     inclination against the stated plumb = base tilt + camera roll
 creep     flattening from first to last photo = settling + base vibration
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -105,21 +107,28 @@ def differing(photos: tuple[Photo, ...]) -> dict[str, np.ndarray]:
 def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndarray]]]:
     """sd of each nuisance, and its columns, one a photo.
 
-    repose: all flanks steeper; lopsided: one steeper, one flatter; bump-k: the
-    material's own shape; settling: all flatter with time; quantity:part: usual
-    variation with a stated quantity."""
+    repose: all flanks steeper; lopsided: one steeper, one flatter; shape-n-k: the
+    material's own shape, of heaps with n flanks; settling: all flatter with time;
+    quantity:part: usual variation with a stated quantity."""
     found = {
-        "repose": [rows(p, angle=lambda side: 1.0) for p in photos],
+        "repose": [rows(p, _steeper(p), lambda side: 1.0) for p in photos],
         "lopsided": [rows(p, angle=float) for p in photos],
         "settling": [rows(p, creep=1.0) for p in photos],
     }
     out = {n: (PRIORS[n], columns) for n, columns in found.items()}
-    bumps = [
-        rows(p, lambda u, p=p: heap_priors.bumps(u, seeds_high(p))) for p in photos
-    ]
-    out |= {
-        f"bump-{k}": (1.0, [b[:, k] for b in bumps]) for k in range(heap_priors.COLUMNS)
-    }
+    for count in sorted({len(p.flanks) for p in photos}):
+        usual, alike = (
+            heap_priors.usual(count),
+            [len(p.flanks) == count for p in photos],
+        )
+        material = [
+            own * rows(p, partial(usual.columns, seeds_high=seeds_high(p)))
+            for p, own in zip(photos, alike, strict=True)
+        ]
+        out |= {
+            f"shape-{count}-{k}": (1.0, [m[:, k] for m in material])
+            for k in range(material[0].shape[1])
+        }
     for quantity, stated in differing(photos).items():
         log = np.log(stated) - np.log(stated).mean()
         for part, sd in zip(("crest", "toe", "angle"), NATURAL[quantity], strict=True):
@@ -138,7 +147,10 @@ def _model(
     base = [
         rows(
             p,
-            lambda u, p=p: heap_priors.straight(u) + heap_priors.mean(u, seeds_high(p)),
+            lambda u, p=p: (
+                heap_priors.straight(u)
+                + heap_priors.usual(len(p.flanks)).mean(u, seeds_high(p), centre)
+            ),
             lambda side: centre,
         )
         for p in photos
@@ -158,17 +170,25 @@ def _model(
 def _acted(
     photos: tuple[Photo, ...], effect: HeapEffect, after: bool
 ) -> list[np.ndarray]:
-    """What one unit of an effect does to each photo."""
-    law = effect.law
+    """What one unit of an effect does to each photo: where it is of seeds, nothing to
+    plain ones."""
+    law, of_seeds = effect.law, EFFECTS[effect.group or effect.name].of_seeds
     turns = law.turn_deg | (law.turn_after_deg if after else {})
     out = []
     for weight, photo in zip(law.weight(photos), photos, strict=True):
+        weight = 0.0 if photo.plain and of_seeds else weight
         turn = turns.get(photo.reference, 0.0)
         angle = lambda side, turn=turn: law.angle_deg + side * turn  # noqa: E731
         out.append(
             weight * rows(photo, law.surface, angle, law.plate_deg, law.creep_deg)
+            + weight * law.angle_deg * rows(photo, _steeper(photo))
         )
     return out
+
+
+def _steeper(photo: Photo) -> Callable[[np.ndarray], np.ndarray]:
+    """What a surface is like where its heap is steeper by a degree."""
+    return heap_priors.usual(len(photo.flanks)).steeper
 
 
 def rows(

@@ -20,7 +20,8 @@ class SeenPile:
     """One photo of a heap. x to the right, z up, as the picture has them (not turned
     upright), in `unit`: "mm" or, where no scale is stated, "px".
 
-    x, z (n,): the surface, NaN where there is none; base_z: of the plate's line at x =
+    x, z (n,): the surface, NaN where there is none; hidden (n,): where a layer of seeds
+    hides it and the flank is led on, empty: nowhere; base_z: of the plate's line at x =
     0; base_deg, base_sd_deg: its inclination, clockwise from the picture's rows;
     base_source: how it was found (vision.pile.base_line.BASES; "toe": it was not seen);
     crest_x; toes_x: where the left and the right flank end, None where that side has
@@ -45,6 +46,7 @@ class SeenPile:
     notes: tuple[str, ...] = ()
     trouble: str = ""
     heap: str = ""
+    hidden: np.ndarray = field(default_factory=no_rows)
 
 
 def read_piles(folder: Path | Observed) -> list[SeenPile]:
@@ -58,11 +60,6 @@ def _seen(entry: Recording, observed: Observed) -> list[SeenPile]:
         raise MeasurementError(
             f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
             " from photos"
-        )
-    if entry.pile.channel_mm is not None:
-        raise MeasurementError(
-            f"{entry.path}: a heap in a channel is not diagnosed: its outline is held"
-            " against those of heaps on an open plate, which run out otherwise"
         )
     try:
         heap = observed.observe(entry).heap
@@ -93,6 +90,7 @@ def pile_of(found: Repose, recording: Recording) -> SeenPile:
         (left, right),
         describe(recording),
         (*found.notes, *doubts),
+        hidden=found.hidden,
         heap=str(recording.path) if recording.toml.is_file() else "",
     )
 

@@ -50,6 +50,11 @@ class Kind:
     frictions: tuple[Shape, ...]
     strengths: tuple[Shape, ...]
 
+    @property
+    def plain(self) -> bool:
+        """Whether their seeds are known not to show an effect."""
+        return self.recordings[0].description.get("pile", {}).get("plain", False)
+
     def shape(
         self, friction: float, strength: float, levels: tuple[float, ...]
     ) -> Shape:
@@ -59,6 +64,7 @@ class Kind:
         surface = one.surface + share * (two.surface - one.surface)
         angle = one.angle_deg + share * (two.angle_deg - one.angle_deg)
         steps = np.array([0.0, *levels])
+        strength = 0.0 if self.plain else strength
         more = np.array([s.surface - self.strengths[0].surface for s in self.strengths])
         surface = surface + np.array(
             [np.interp(strength, steps, column) for column in more.T]
@@ -191,6 +197,7 @@ def _run(
     kind: Kind, settings: HeapSettings, seed_mm: float, out: Path, pictures: bool
 ) -> Shape:
     description = kind.recordings[0].description
+    settings = replace(settings, strength=0.0) if kind.plain else settings
     if not pictures:
         packings = range(PACKINGS, 2 * PACKINGS)
         heaps = [simulate_heap(description, settings, seed_mm, p) for p in packings]

@@ -91,7 +91,8 @@ def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float)
 
 
 def _rig(stated: dict, seed: dict) -> dict:
-    """[pile] of the simulation: a cylinder as it is, a slice of a box."""
+    """[pile] of the simulation: a cylinder and a channel as they are, a slice of a
+    box."""
     kept = {k: stated[k] for k in ("gate_speed_mm_s", "photo_s") if k in stated}
     fill = stated.get("fill_height_mm", FILL_MM)
     if "cylinder_mm" in stated:
@@ -108,6 +109,10 @@ def _rig(stated: dict, seed: dict) -> dict:
             " rig to run again"
         )
     x, width, z = stated["box_mm"]
+    if "channel_mm" in stated:
+        box = {n: stated[n] for n in ("box_mm", "gate_mm", "channel_mm") if n in stated}
+        floor = {"plate_mm": stated["channel_mm"], "gate_mm": [width, z]}
+        return kept | floor | box | {"fill_height_mm": min(fill, z)}
     slab = min(width, SLICE * seed["length_mm"])
     plate = stated.get("plate_mm", [2 * x])[0]
     box = {

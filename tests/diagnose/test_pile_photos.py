@@ -88,13 +88,3 @@ def test_what_is_no_photo_says_what_is_missing(tmp_path):
         diagnose_pile(seen, np.random.default_rng(1))
     with pytest.raises(FileNotFoundError):
         read_piles(tmp_path / "nowhere")
-
-
-def test_a_heap_in_a_channel_is_not_held_against_heaps_on_an_open_plate(tmp_path):
-    photograph(BENCH, np.random.default_rng(9), tmp_path / "pile-0")
-    toml = tmp_path / "pile-0" / "recording.toml"
-    told = toml.read_text(encoding="utf8")
-    toml.write_text(
-        told.replace("[pile]", "[pile]\nchannel_mm = [300, 40]"), encoding="utf8"
-    )
-    assert "in a channel is not diagnosed" in read_piles(tmp_path)[0].trouble

@@ -108,11 +108,13 @@ def rig_options(recording: Recording, options: PileOptions) -> PileOptions:
 @dataclass(frozen=True)
 class Repose:
     """What was found in one pile photo. surface (w,): row in each column of the roi,
-    NaN where there is none; base: in the roi, too. crest, toes: in px of the whole
-    picture, y down. horizontal_deg: inclination of the true horizontal in the
+    NaN where there is none; hidden (w,): whether a layer of seeds hides it there and
+    the flank is led on; base: in the roi, too. crest, toes: in px of the whole picture,
+    y down. horizontal_deg: inclination of the true horizontal in the
     picture."""
 
     surface: np.ndarray
+    hidden: np.ndarray
     base: BaseLine
     horizontal_deg: float
     crest: tuple[float, float]
@@ -366,7 +368,8 @@ def _at_base_line(
     photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
 ) -> Repose | str:
     options = photo.options
-    surface, layered = without_layer(surface, base)
+    seen = surface
+    surface, layered = without_layer(seen, base)
     heap = find_heap(
         _shrink_profile(surface, factor),
         in_reduced_px(base, factor),
@@ -416,6 +419,7 @@ def _at_base_line(
         quantities = tuple(_as_level(q, base.pitch_deg, options) for q in quantities)
     found = Repose(
         surface,
+        surface != seen,
         base,
         horizontal,
         crest,

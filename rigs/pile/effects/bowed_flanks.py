@@ -11,7 +11,9 @@ from benchtwin.rigs.pile.effects.shapes import (
     Law,
     as_stated,
     bends,
+    beyond_plain,
     crest,
+    ends,
     further,
     middle,
     toe,
@@ -30,6 +32,7 @@ _GRAINS = (
     "one sphere or a clump of three: a heap of 25° or 37°; no photo of a heap tells it"
     " from friction"
 )
+_FRICTION = "a heap's angle is what friction and rolling friction of its seeds set"
 
 
 def _walled(
@@ -38,6 +41,8 @@ def _walled(
     """The whole box with its own sides, instead of a slice between smooth ones."""
     if strength == 0:
         return seed, pile, {}
+    if "channel_mm" in stated:
+        raise ValueError("the twin of a channel has its walls already")
     width, (x, _, z) = stated["box_mm"][1], pile["box_mm"]
     box = {
         "slab": False,
@@ -74,6 +79,7 @@ def _loose(
 EFFECTS = (
     HeapEffect(
         name="wall-friction",
+        of_seeds=True,
         sector="middle",
         unit="1",
         meaning="bow of the flank over the heap's height",
@@ -102,6 +108,7 @@ EFFECTS = (
     ),
     HeapEffect(
         name="particle-shape",
+        of_seeds=True,
         sector="middle",
         unit="1",
         meaning="bow of the flank over the heap's height",
@@ -123,4 +130,34 @@ EFFECTS = (
         law=Law(surface=middle, twin=_longer, strengths=(0.15, 0.35)),
     ),
     *_loose("particle-shape", _GRAINS, as_stated()),
+    *further(
+        "particle-shape",
+        _GRAINS,
+        angle=(
+            "middle",
+            "deg",
+            "steeper",
+            6.0,
+            Law(angle_deg=1.0, weight=beyond_plain),
+        ),
+    ),
+    HeapEffect(
+        name="seed-friction",
+        of_seeds=True,
+        sector="middle",
+        unit="deg",
+        meaning="steeper than heaps of plain seeds",
+        prior_sd=6.0,
+        low=-40.0,
+        high=40.0,
+        source=_FRICTION,
+        wording=(
+            "friction or rolling friction between seeds is not that of the plain ones",
+            "° steeper",
+        ),
+        separating="slides and rolls of these seeds on a plate of seeds: no heap can",
+        not_simulated="the twin of every heap has the friction that fits its angle",
+        law=Law(angle_deg=1.0, weight=beyond_plain),
+    ),
+    *ends("seed-friction", _FRICTION, beyond_plain),
 )

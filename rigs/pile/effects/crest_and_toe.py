@@ -14,6 +14,7 @@ from benchtwin.rigs.pile.effects.shapes import (
     as_stated,
     bends,
     crest,
+    ends,
     further,
     toe,
 )
@@ -21,9 +22,9 @@ from benchtwin.rigs.pile.effects.shapes import (
 _SIZE = as_stated(seed_mm=-1.0, rig_mm=-1.0)
 _SPEED = as_stated(gate_speed_mm_s=1.0, rig_mm=-0.5)
 _TIME = as_stated(photo_s=1.0)
-# toe shortened, and angle steepened [deg], per rise of the crest
+# toe drawn out, and flank flattened [deg], per fall of the crest
 TOE = 0.5
-STEEPER_DEG = 20.0
+FLATTER_DEG = 20.0
 # how far a film is drawn out, of a seed's width; a gate of which nothing is stated
 RUPTURE = 0.01
 GATE_MM_S = 50.0
@@ -70,52 +71,24 @@ def _faster(
     return seed, pile | {"gate_speed_mm_s": speed}, {}
 
 
-def _law(share: float, weight: Callable[[tuple], np.ndarray], **more) -> Law:
-    """A crest higher by `share` of the height, and what usually goes with it."""
-    surface = lambda u: share * (crest(u) - TOE * toe(u))  # noqa: E731
-    return Law(surface=surface, angle_deg=share * STEEPER_DEG, weight=weight, **more)
-
-
-def _ends(
-    name: str,
-    source: str,
-    weight: Callable[[tuple], np.ndarray],
-    up: float,
-    twin,
-    strengths: tuple[float, ...],
-    **about,
-) -> tuple[HeapEffect, ...]:
-    """Crest, toe and angle of a law; up = −1: rounder crest, longer toe."""
-    where = "above" if up > 0 else "below"
-    first = HeapEffect(
-        name=name,
-        sector="crest",
-        unit="1",
-        meaning=f"crest {where} a usual one over the heap's height",
-        prior_sd=0.15,
-        low=0.0,
-        high=0.8,
-        source=source,
-        law=_law(up, weight, twin=twin, strengths=strengths),
-        **about,
-    )
-    toes = Law(surface=lambda u: -up * toe(u), weight=weight)
-    slopes = Law(angle_deg=up, weight=weight)
-    beside = f"toe {'below' if up > 0 else 'above'} a usual one"
-    angle = ("crest", "deg", "steeper" if up > 0 else "flatter", 6.0, slopes)
-    more = further(name, source, toe=("toe", "1", beside, 0.10, toes), angle=angle)
-    return (first, *more, *bends(name, source, weight))
+def _rounder(share: float, weight: Callable[[tuple], np.ndarray], **more) -> Law:
+    """A crest lower by `share` of the height, and what usually goes with it."""
+    surface = lambda u: share * (TOE * toe(u) - crest(u))  # noqa: E731
+    return Law(surface=surface, angle_deg=-share * FLATTER_DEG, weight=weight, **more)
 
 
 EFFECTS = (
-    *_ends(
-        "cohesion",
-        _FILM,
-        _SIZE,
-        1.0,
-        _film,
-        (0.25, 0.5),
-        wording=("the seeds stick together", "of the heap's height at its crest"),
+    HeapEffect(
+        name="cohesion",
+        of_seeds=True,
+        sector="crest",
+        unit="deg",
+        meaning="steeper than without",
+        prior_sd=6.0,
+        low=0.0,
+        high=40.0,
+        source=_FILM,
+        wording=("the seeds stick together", "° steeper"),
         separating=(
             "the same of seeds, or in a heap, half and twice as large: cohesion counts"
             " for more the smaller they are"
@@ -123,14 +96,18 @@ EFFECTS = (
         counterpart=Counterpart(
             "a film between seeds pulls with {value} of a seed's weight"
         ),
+        law=Law(angle_deg=1.0, weight=_SIZE, twin=_film, strengths=(0.25, 0.5)),
     ),
-    *_ends(
-        "gate-speed",
-        _FALL,
-        _SPEED,
-        -1.0,
-        _faster,
-        (1.0, 3.0),
+    *ends("cohesion", _FILM, _SIZE),
+    HeapEffect(
+        name="gate-speed",
+        sector="crest",
+        unit="1",
+        meaning="crest below a usual one over the heap's height",
+        prior_sd=0.15,
+        low=0.0,
+        high=0.8,
+        source=_FALL,
         wording=(
             "the gate moved at another speed than stated",
             "of the heap's height at its crest",
@@ -142,7 +119,21 @@ EFFECTS = (
         counterpart=Counterpart(
             "the gate moves faster than stated by {value} of its speed"
         ),
+        law=_rounder(1.0, _SPEED, twin=_faster, strengths=(1.0, 3.0)),
     ),
+    *further(
+        "gate-speed",
+        _FALL,
+        toe=(
+            "toe",
+            "1",
+            "toe above a usual one",
+            0.10,
+            Law(surface=toe, weight=_SPEED),
+        ),
+        angle=("crest", "deg", "flatter", 6.0, Law(angle_deg=-1.0, weight=_SPEED)),
+    ),
+    *bends("gate-speed", _FALL, _SPEED),
     HeapEffect(
         name="base-vibration",
         sector="crest",
@@ -161,7 +152,7 @@ EFFECTS = (
             "two photos of one heap a minute apart, photo_s stated: what shakes goes"
             " on, what the gate did is over"
         ),
-        law=_law(-1 / STEEPER_DEG, _TIME, creep_deg=1.0),
+        law=_rounder(1 / FLATTER_DEG, _TIME, creep_deg=1.0),
     ),
     *further(
         "base-vibration",

@@ -54,9 +54,11 @@ class Law:
 
 @dataclass(frozen=True)
 class HeapEffect(Effect):
-    """An effect of heaps, described by a Law."""
+    """An effect of heaps, described by a Law; of_seeds: heaps of plain seeds do not
+    show it."""
 
     law: Law = field(default_factory=Law)
+    of_seeds: bool = False
 
 
 def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
@@ -72,6 +74,12 @@ def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
         return raised / raised.mean()
 
     return weight
+
+
+def beyond_plain(photos: tuple) -> np.ndarray:
+    """1 where some of the photos show plain seeds, else 0: all heaps' own angle is
+    open."""
+    return np.full(len(photos), float(any(p.plain for p in photos)))
 
 
 def further(
@@ -110,3 +118,21 @@ def bends(
         for at, law in laws.items()
     }
     return further(effect, source, **bumps)
+
+
+def ends(
+    effect: str, source: str, weight: Callable[[tuple], np.ndarray]
+) -> tuple[HeapEffect, ...]:
+    """How crest and toe of steeper heaps depart from those of usual ones as steep: by
+    some hundredths, as simulated films between seeds have it."""
+    above = "{} above a usual one"
+    tops = (
+        "crest",
+        "1",
+        above.format("crest"),
+        0.06,
+        Law(surface=crest, weight=weight),
+    )
+    feet = ("toe", "1", above.format("toe"), 0.05, Law(surface=toe, weight=weight))
+    more = further(effect, source, crest=tops, toe=feet)
+    return (*more, *bends(effect, source, weight))
