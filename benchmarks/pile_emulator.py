@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.ndimage import gaussian_filter1d
 
 from benchtwin.rigs.pile import heap_priors
 from benchtwin.rigs.pile.flanks import photo_of
@@ -27,6 +28,7 @@ RUNS = 80
 MOST_SEEDS, PACKED = 1100, 0.62
 FLOOR_MM = 500.0
 MODES = 8
+SMOOTH = 1.5  # steps of AT: single grains are no shape
 AT = np.arange(0.0, 1.41, 0.05)  # of the flank's way
 
 
@@ -94,6 +96,7 @@ def table_of(heaps: pd.DataFrame) -> pd.DataFrame:
     """Mean departure from the straight flank of a flat heap many seeds high, its slopes
     by seeds per height and by degrees, and principal components, each times its sd."""
     rest = np.array([*heaps.surface]) - heap_priors.straight(AT)
+    rest = gaussian_filter1d(rest, SMOOTH, axis=1, mode="nearest")
     by = np.column_stack([np.ones(len(heaps)), 1 / heaps.seeds_high, heaps.angle_deg])
     line = np.linalg.lstsq(by, rest, rcond=None)[0]
     _, sizes, axes = np.linalg.svd(rest - by @ line, full_matrices=False)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import CubicSpline
 
 from benchtwin.rigs.pile.effects.shapes import crest, middle, toe
 
@@ -21,7 +22,7 @@ PER_HEIGHT, PER_HEIGHT_SD = 0.1, 0.05
 # smooth departures of any shape beside the others, which no drawn heap had: their sd,
 # and as a share of the others' sd
 BUMPS, BUMP_WIDTH = np.arange(-0.05, 1.46, 0.1), 0.1
-BUMP_SD, BUMP_SHARE = 0.01, 0.4
+BUMP_SD, BUMP_SHARE = 0.01, 0.2
 # a free crest: mean, sd, width; the toe's height over a seed's length; sd along it
 AT = np.arange(0.0, 1.41, 0.025)  # of the flank's way
 CREST_MEAN, CREST_SD, CREST_WIDTH = -0.04, 0.055, 0.12
@@ -78,20 +79,25 @@ class Usual:
         """(n,) at u; seeds_high: height over a seed's length, or NaN."""
         per_height = 1 / seeds_high if np.isfinite(seeds_high) else PER_HEIGHT
         whole = self.flat + per_height * self.per_seed + angle_deg * self.per_deg
-        return np.interp(u, self.at, whole)
+        return self._curve(whole, u)
 
     def steeper(self, u: np.ndarray) -> np.ndarray:
         """How the mean (n,) changes with the angle [1/deg]."""
-        return np.interp(u, self.at, self.per_deg)
+        return self._curve(self.per_deg, u)
 
     def columns(self, u: np.ndarray, seeds_high: float) -> np.ndarray:
         """(n, k) whose sum, each times a standard normal number, is how usual heaps
         depart from `mean`."""
         doubt = 0.0 if np.isfinite(seeds_high) else PER_HEIGHT_SD
         at = np.column_stack([self.components, doubt * self.per_seed])
-        own = np.column_stack([np.interp(u, self.at, column) for column in at.T])
+        own = self._curve(at, u)
         any_shape = BUMP_SD + BUMP_SHARE * np.linalg.norm(own, axis=1)
-        return np.column_stack([own, _smooth(u, any_shape)])
+        aprons = TAIL_SD * np.exp(-np.abs(u[:, None] - 1) / np.array(TAILS))
+        return np.column_stack([own, _smooth(u, any_shape), aprons])
+
+    def _curve(self, values: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Values (m, …) at `at`, as a smooth curve at u (n, …)."""
+        return CubicSpline(self.at, values)(np.clip(u, self.at[0], self.at[-1]))
 
     def spread(self, u: np.ndarray, seeds_high: float) -> np.ndarray:
         """sd (n,) of that."""
@@ -112,9 +118,8 @@ def usual(flanks: int) -> Usual:
     crests = np.exp(-0.5 * (AT / CREST_WIDTH) ** 2)
     toes = np.exp(-np.abs(AT - 1) / TOE_WIDTH)
     sd = FLANK_SD + CREST_SD * crests + TOE_SD * toes
-    aprons = TAIL_SD * np.exp(-np.abs(AT[:, None] - 1) / np.array(TAILS))
-    components = np.column_stack([_smooth(AT, sd), aprons])
-    return Usual(AT, CREST_MEAN * crests, TOE_IN_SEEDS * toes, 0.0 * AT, components)
+    means = CREST_MEAN * crests, TOE_IN_SEEDS * toes, 0.0 * AT
+    return Usual(AT, *means, _smooth(AT, sd))
 
 
 def _smooth(u: np.ndarray, sd: np.ndarray) -> np.ndarray:
