@@ -122,8 +122,9 @@ if __name__ == "__main__":
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("runs", type=int, nargs="*", default=[0, RUNS])
+    numbers = range(*parser.parse_args().runs)
     STORE.mkdir(parents=True, exist_ok=True)
-    for number in range(*parser.parse_args().runs):
+    for number in numbers:
         job = drawn(number)
         if not (file := STORE / f"{job.key}.json").exists():
             heap(job, file)
