@@ -56,7 +56,7 @@ SETUP = of_heaps(
     told=plate_seen,
     aimed=along_channel,
     fitting=in_channel,
-    besides=("roi_px", "window_pct"),
+    besides=("roi_px", "window_pct", "plain"),
 )
 CYLINDER = replace(
     SETUP,

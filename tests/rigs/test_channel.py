@@ -47,3 +47,9 @@ def test_a_channel_is_calibrated_as_it_is_and_other_boxes_by_a_slice():
 )
 def test_a_channel_may_be_filmed_from_either_side(pile, side):
     assert rig_options(like("pile", {"pile": pile}), PileOptions()).side == side
+
+
+def test_heaps_of_plain_seeds_are_simulated_as_others():
+    stated = {"fill_height_mm": 80.0}
+    known = rig_of(like("pile", {"pile": stated | {"plain": True}}))
+    assert known == rig_of(like("pile", {"pile": stated}))

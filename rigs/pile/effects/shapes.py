@@ -125,14 +125,11 @@ def ends(
 ) -> tuple[HeapEffect, ...]:
     """How crest and toe of steeper heaps depart from those of usual ones as steep: by
     some hundredths, as simulated films between seeds have it."""
-    above = "{} above a usual one"
-    tops = (
-        "crest",
-        "1",
-        above.format("crest"),
-        0.06,
-        Law(surface=crest, weight=weight),
+    tops, feet = (Law(surface=part, weight=weight) for part in (crest, toe))
+    more = further(
+        effect,
+        source,
+        crest=("crest", "1", "crest above a usual one", 0.06, tops),
+        toe=("toe", "1", "toe above a usual one", 0.05, feet),
     )
-    feet = ("toe", "1", above.format("toe"), 0.05, Law(surface=toe, weight=weight))
-    more = further(effect, source, crest=tops, toe=feet)
     return (*more, *bends(effect, source, weight))
