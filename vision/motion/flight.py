@@ -25,8 +25,6 @@ from benchtwin.vision.motion.outliers import (
     single_spikes,
 )
 from benchtwin.vision.motion.split_flights import (
-    FREE_SD,
-    FREE_SHARE,
     free_flights,
     splits,
 )
@@ -39,6 +37,9 @@ NO_PARABOLA = 0.05
 GUARDS = (2.0, 1.0, 0.5)
 # of the time between two rows, by which noise may move the impact out of that interval
 SLACK = 0.05
+# relative, and in sds: by how much the acceleration of a flight alone may differ from
+# gravity
+FREE_SHARE, FREE_SD = 0.3, 5.0
 # rows of a fall that are kept, wherever it begins; how many beginnings are tried
 LEAST_FALL, MOST_TRIED = 6, 50
 ODDS = 3.0  # ln, by which a later beginning must tell more
@@ -197,7 +198,7 @@ def _free(ranges, time, height, across, weight, step, gamma) -> _Tried:
         for r in rows:
             outlier[r] |= off_curve(time[r], across[r])
         ranges = ranges[
-            : free_flights(rows, time, height, residual, flights.contact_states(), step)
+            : free_flights(rows, height, residual, flights.contact_states(), step)
         ]
     return _Tried(flights, residual, ranges, outlier, led)
 

@@ -14,12 +14,6 @@ from benchtwin.vision.motion.outliers import despiked
 # its own
 LOW_SD = 8.0
 SCATTER = 6.0  # times the scatter of the first two flights: no parabola
-# relative, and in sds: by how much a flight's acceleration may differ from that of the
-# first two
-FREE_SHARE, FREE_SD = (
-    0.3,
-    5.0,
-)
 # of the track's height: contacts are no farther above its lowest place, however the
 # seed lies
 PLATE_SHARE = 0.15
@@ -143,18 +137,17 @@ def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
 
 def free_flights(
     rows: tuple[np.ndarray, ...],
-    time: np.ndarray,
     height: np.ndarray,
     residual: np.ndarray,
     contact_states: list[tuple[float, float]],
     step_s: float,
 ) -> int:
-    """Number of flights that are free: up to the first (after two) that is no parabola,
-    falls otherwise or ends in mid-air. Rocking, rolling and leaving the picture make
-    minima of the height as well. contact_states: height and speed at each contact."""
+    """Number of flights that are free: up to the first (after two) that is no parabola
+    of their common acceleration, or ends in mid-air. Rocking, rolling and leaving the
+    picture make minima of the height as well. contact_states: height and speed at each
+    contact."""
     return min(
         _scattering_alike(rows, residual),
-        _falling_alike(rows, time, height),
         _at_plate(contact_states, height, step_s),
     )
 
@@ -170,18 +163,6 @@ def _scattering_alike(rows, residual: np.ndarray) -> int:
     )
 
 
-def _falling_alike(rows, time: np.ndarray, height: np.ndarray) -> int:
-    """Number of flights up to the first (after two) whose acceleration differs from
-    that of the first two."""
-    gammas, sds = np.array([_acceleration(time[r], height[r]) for r in rows]).T
-    weight = 1 / np.maximum(sds[:2], 1e-12) ** 2
-    if not weight.any():
-        return len(rows)
-    typical = float((weight * gammas[:2]).sum() / weight.sum())
-    off = np.abs(gammas - typical) > FREE_SHARE * abs(typical) + FREE_SD * sds
-    return next((k for k in range(2, len(rows)) if off[k]), len(rows))
-
-
 def _at_plate(
     contact_states: list[tuple[float, float]], height: np.ndarray, step_s: float
 ) -> int:
@@ -193,20 +174,3 @@ def _at_plate(
         for h, v in contact_states
     ]
     return off.index(True) + 1 if any(off) else len(contact_states) + 1
-
-
-def _acceleration(time: np.ndarray, height: np.ndarray) -> tuple[float, float]:
-    """Acceleration of one flight by itself and its sd, which allows for correlated
-    rows; 0 and infinity for fewer than 6 rows."""
-    if len(time) < 6:
-        return 0.0, np.inf
-    tau = (time - time.mean()) / np.ptp(time)
-    design = np.column_stack([np.ones_like(tau), tau, -(tau**2) / 2])
-    params = np.linalg.lstsq(design, height, rcond=None)[0]
-    left = height - design @ params
-    power = float((left**2).sum()) / (len(tau) - 3)
-    rho = float(
-        np.clip((left[1:] * left[:-1]).sum() / max((left**2).sum(), 1e-300), 0.0, 0.99)
-    )
-    sd = np.sqrt(power * (1 + rho) / (1 - rho) * np.linalg.inv(design.T @ design)[2, 2])
-    return float(params[2] / np.ptp(time) ** 2), float(sd / np.ptp(time) ** 2)
