@@ -21,6 +21,7 @@ from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.rigs.pile.diagnose import diagnose_pile
 from benchtwin.rigs.pile.heap_outline import outlined
 from benchtwin.rigs.pile.read import SeenPile
+from benchtwin.sim.engine.step import Stopped
 from benchtwin.twin.job import Job
 from benchtwin.twin.run import run
 
@@ -112,7 +113,7 @@ if __name__ == "__main__":
     for number in range(parser.parse_args().benches):
         try:
             rows.append(found(number))
-        except ValueError as error:  # a heap too flat to have a flank
+        except (ValueError, Stopped) as error:  # too flat for a flank, or too soft
             rows.append({"hidden": "refused", "names": str(error).split("\n")[0]})
         print(rows[-1], flush=True)
     table = pd.DataFrame(rows)

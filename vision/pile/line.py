@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import correlate
 
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.robust import robust_sd
@@ -115,7 +114,7 @@ def _correlation_lengths(residual: np.ndarray) -> float:
     summed up to the first ρ < 0.05."""
     n = residual.size
     rough = residual - residual.mean()
-    correlation = correlate(rough, rough, method="fft")[n - 1 :]
+    correlation = np.correlate(rough, rough, "full")[n - 1 :]
     if correlation[0] <= 1e-12 * n:
         return float(n)
     correlation = correlation / correlation[0]
