@@ -17,6 +17,7 @@ from benchtwin.infer.posterior import WIDE_PRIOR
 NAME_PROBABILITY = 0.8  # that a set is missing, alone or with more, for a name
 ALONE_PROBABILITY = 0.5  # that it is this set and nothing else, for a name
 NAME_SHARE = 0.95  # of the listed explanations, for a class
+EQUAL = 0.01  # share by which probabilities of one law may differ by rounding
 SMALL_SHARE = 0.01  # of what may be missing, beside which nothing further is weighed
 MATTERS_SDS = 0.5  # shift of a contact parameter that matters
 ENDS = (0.025, 0.975)  # of a 95 % interval
@@ -199,8 +200,10 @@ def _cover(sets: dict[tuple[str, ...], float]) -> list[str]:
         for found, p in left.items():
             for n in found:
                 shares[n] = shares.get(n, 0.0) + p
-        names.append(max(sorted(shares), key=lambda n: shares[n]))
-        left = {found: p for found, p in left.items() if names[-1] not in found}
+        # what has one law by two names is as likely: the alphabet does not choose
+        best = (1 - EQUAL) * max(shares.values())
+        names += (likeliest := [n for n in sorted(shares) if shares[n] >= best])
+        left = {own: p for own, p in left.items() if not {*own} & {*likeliest}}
     return names
 
 

@@ -19,7 +19,7 @@ STEP, REACH = 0.0125, 1.4  # of u
 # height of the line at the wall, over the crest, above which the top never moved
 PLATEAU = 1.15
 WALL_JUMP = 0.12  # of the crest's height
-LEAST_ROWS = 24
+LEAST_ROWS = 24  # three tenths of the flank's way
 # of the flank's way, where no seed's size is known: half a seed, of which at a wall
 # only the round side is seen
 EDGE = 0.03

@@ -1,8 +1,8 @@
 """Priors of the usual heap.
 
-One that leans on a wall is as simulated ones are (benchmarks/pile_emulator.py); one
-with a free crest as heaps of soybeans of five spheres under a lifted cylinder were,
-widened: lifted off single spheres, a cylinder leaves a layer."""
+One that leans on a wall is as simulated ones are (benchmarks/pile_emulator.py). One
+with a free crest has stated numbers, from a few simulated heaps of soybeans of five
+spheres under a lifted cylinder, widened: single spheres leave a layer there."""
 
 from dataclasses import dataclass
 from functools import cache

@@ -117,13 +117,11 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
     }
     out = {n: (PRIORS[n], columns) for n, columns in found.items()}
     for count in sorted({len(p.flanks) for p in photos}):
-        usual, alike = (
-            heap_priors.usual(count),
-            [len(p.flanks) == count for p in photos],
-        )
+        usual = heap_priors.usual(count)
         material = [
-            own * rows(p, partial(usual.columns, seeds_high=seeds_high(p)))
-            for p, own in zip(photos, alike, strict=True)
+            (len(p.flanks) == count)
+            * rows(p, partial(usual.columns, seeds_high=seeds_high(p)))
+            for p in photos
         ]
         out |= {
             f"shape-{count}-{k}": (1.0, [m[:, k] for m in material])
