@@ -2,17 +2,18 @@
 
 Each flight has its own start: x, z, v_x, v_z at its middle; v_y², which only the air
 feels; and y, v_y towards the camera, which show at a known distance. Flights are joined
-by place only. Rows of prior knowledge stand beside the track: joined contacts, stated
-falls, speeds along the line of sight."""
+by place only. Conditions of prior knowledge stand beside the track: joined contacts,
+stated falls, motion along the line of sight."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
 
-from benchtwin.bench.air import SLOWEST_M_S, drag_at, drag_over_mass
+from benchtwin.bench.air import SLOWEST_M_S, drag_over_mass, drag_shape
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.distributions import t as student
 from benchtwin.infer.effect import Effect
@@ -20,15 +21,13 @@ from benchtwin.infer.power_law import NAMES
 from benchtwin.infer.rivals import INSIDE_SDS
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import Motion, View, scaled
-from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES, READOUT
+from benchtwin.rigs.drop.nuisances import APPROACH, DEPTH_SD_M, LOCK, NUISANCES, READOUT
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.trajectories import (
     NODES,
     accelerations,
-    changes,
     shift_basis,
     speed_basis,
-    speeds_at_nodes,
 )
 
 IN_FLIGHT = {
@@ -80,14 +79,63 @@ class Model:
     own_beyond: float = 0.0  # ln likelihood over that of any within MOST_OWN
     laws: dict[str, Effect] = field(default_factory=dict)  # found
 
+    @cached_property
+    def fallen(self) -> np.ndarray:
+        """The contacts that end a fall of stated height."""
+        s = self.session
+        before = s.joint[:, 0]
+        stated = np.isfinite(s.release[s.recording[before]])
+        return np.flatnonzero(s.falls[before] & stated)
+
+    @cached_property
+    def unjoined(self) -> np.ndarray:
+        """The flights that follow on none that was seen."""
+        return np.setdiff1d(
+            np.arange(len(self.session.middle)), self.session.joint[:, 1]
+        )
+
+    @cached_property
+    def condition_flights(self) -> np.ndarray:
+        """(C, 2): the flights before and after that each of the conditions is of, or
+        one flight twice; see `missed`."""
+        joint, every = self.session.joint, np.arange(len(self.session.middle))
+        alone = [joint[self.fallen, 0], every, every, self.unjoined]
+        return np.vstack(
+            [joint, joint, np.repeat(np.concatenate(alone), 2).reshape(-1, 2)]
+        )
+
+    def condition_sds(self, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
+        """(C,): how well each of the conditions holds [m, s]."""
+        s, (before, after) = self.session, self.session.joint.T
+        across = velocities(self.contacts, starts, push)[:, 0].reshape(2, -1)
+        counts = np.where(s.falls, s.falls.sum(), (~s.falls).sum())
+        # told by so many flights
+        wider = student.ppf(0.975, counts) / INSIDE_SDS
+        nearing = wider * np.sqrt(self.aside_square)
+        # a long seed touches with one end, some ms later with the other
+        rocks = 0.0 if s.elongation < ROUND else s.rocking_m
+        least = rocks or ROUND_JOINT_SD_M
+        lasts = np.bincount(s.recording, s.half)[s.recording]
+        begun = np.where(
+            s.falls, DEPTH_SD_M, lasts * nearing
+        )  # or after unseen flights
+        return np.concatenate(
+            [
+                least + 0.3 * s.frame_s * np.abs(across[1] - across[0]),
+                ROUND_JOINT_SD_M + np.minimum(rocks, TWICE_S * nearing[after]),
+                s.release_sd[s.recording[before[self.fallen]]],
+                ASIDE_SD * self.aside_square,
+                nearing,
+                begun[self.unjoined],
+            ]
+        )
+
 
 START = ("x", "z", "v_x", "v_z", "v_y_square", "y", "v_y")  # of each flight [m, s]
 STARTS = len(START)
 FLAT = 4  # the first of them, which have no prior: x, z, v_x, v_z
 FELT = (2, 3, 4)  # of them, those on which forces depend: v_x, v_z, v_y²
-NEARING = (5, 6)  # of them, those along the line of sight: y, v_y
-SPIN = "own spin"
-SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [m²/s²]
+SMALL = (1e-6, 1e-6, 1e-4, 1e-4, 1e-3, 1e-6, 1e-6)  # steps of them, for derivatives
 NEAREST = 0.5  # greatest share of the way to the camera
 
 
@@ -126,12 +174,7 @@ def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
     across = np.array(
         [np.polyfit(session.tau[a:b], session.places[a:b, 0], 1)[0] for a, b in rows]
     )
-    first = np.array(
-        [
-            f == np.flatnonzero(session.recording == r)[0]
-            for f, r in enumerate(session.recording)
-        ]
-    )
+    first = session.falls
     means = [
         np.mean(across[kind] ** 2) if kind.any() else 0.0 for kind in (~first, first)
     ]
@@ -190,21 +233,12 @@ def nearer(
     flight: np.ndarray,
     tau: np.ndarray,
 ) -> np.ndarray:
-    """Places (n, 2) [m] in the plane of the scale of seeds y + v_y τ nearer to the
-    camera."""
-    return session.view.middle + (true - session.view.middle) * growth(
-        session, starts, flight, tau
-    )
-
-
-def growth(
-    session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray
-) -> np.ndarray:
-    """1/(1 − (y + v_y τ)/distance) (n, 1)."""
-    share = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[
-        session.recording[flight]
-    ]
-    return 1 / (1 - np.minimum(share, NEAREST))[:, None]
+    """Places (…, n, 2) [m] in the plane of the scale of seeds y + v_y τ nearer to the
+    camera: about the middle of the view times 1/(1 − (y + v_y τ)/distance)."""
+    away = session.away[session.recording[flight]]
+    share = (starts[..., flight, 5] + starts[..., flight, 6] * tau) / away
+    grown = 1 / (1 - np.minimum(share, NEAREST))[..., None]
+    return session.view.middle + (true - session.view.middle) * grown
 
 
 def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarray:
@@ -216,101 +250,23 @@ def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarr
     return true
 
 
-def picture_slopes(
-    true: np.ndarray, view: View, values: dict[str, float], step: dict[str, float]
-):
-    """Places (n, 2) in the picture, and derivatives (2, n) by x, z and each law of the
-    picture."""
-    slopes = {"x": np.array([[1.0], [0.0]]), "z": np.array([[0.0], [1.0]])}
-    for name, value in values.items():
-        picture = LAWS[name].picture
-        if picture is None:
-            continue
-        seen = picture(true, view, value)
-        if value:
-            turned = (
-                np.array(
-                    [
-                        (picture(true + small, view, value) - seen).T
-                        for small in SMALL_M * np.eye(2)
-                    ]
-                )
-                / SMALL_M
-            )
-            slopes = {
-                n: moved[0] * turned[0] + moved[1] * turned[1]
-                for n, moved in slopes.items()
-            }
-        slopes[name] = (
-            np.ascontiguousarray((picture(true, view, value + step[name]) - seen).T)
-            / step[name]
-        )
-        true = seen
-    return true, slopes
-
-
-def pushed(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
-    """Accelerations (F, POINTS, 2) at the flights' nodes, per stated second squared."""
-    return accelerations(
-        starts[:, 2:4], model.session.half, forces(model, values, starts[:, 4])
-    )
-
-
-def push_slopes(
+def pushed(
     model: Model,
     starts: np.ndarray,
     values: dict[str, float],
-    push: np.ndarray,
-    step: dict[str, float],
-) -> dict:
-    """Derivatives of `push` by FELT, by globals, and by SPIN, one sd of all own
-    spins."""
-    s = model.session
-    velocity = speeds_at_nodes(starts[:, 2:4], s.half, push)
-
-    def force(
-        model: Model = model,
-        values: dict[str, float] = values,
-        aside_square: np.ndarray = starts[:, 4],
-    ) -> np.ndarray:
-        return forces(model, values, aside_square)(velocity)
-
-    now, nil = force(), np.zeros_like(push)
-    aside = (force(aside_square=starts[:, 4] + SMALL_SQUARE) - now) / SMALL_SQUARE
-    direct: dict[int | str, np.ndarray] = dict(
-        zip(FELT, (nil, nil, aside), strict=True)
-    )
-    for n in (n for n in values if LAWS[n].picture is None):
-        direct[n] = (force(values=values | {n: values[n] + step[n]}) - now) / step[n]
-    if s.spins:
-        direct[SPIN] = (
-            force(
-                replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))
-            )
-            - now
-        )
-    speeds = np.zeros((len(direct), len(starts), 2))
-    speeds[0, :, 0] = speeds[1, :, 1] = 1.0
-    found = changes(
-        velocity,
-        s.half,
-        forces(model, values, starts[:, 4]),
-        speeds,
-        np.array(list(direct.values())),
-    )
-    return dict(zip(direct, found, strict=True))
+    near: np.ndarray | None = None,
+) -> np.ndarray:
+    """Accelerations (F, POINTS, 2) at the flights' nodes, per stated second squared;
+    near: others, from which to begin."""
+    force = forces(model, values, starts[:, 4])
+    return accelerations(starts[:, 2:4], model.session.half, force, near)
 
 
 def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
     """force(velocity (F, p, 2)) per stated second², gravity and stated air included."""
     s = model.session
-    keys = ("share", "reynolds_per_speed", "lift", "room", "buoyancy")
-    air = np.array([[getattr(s.air[r], key) for r in s.recording] for key in keys])[
-        ..., None
-    ]
-    share, reynolds, lift, room, light = (
-        air  # light: buoyancy, and added mass of half of it
-    )
+    # light: buoyancy, and added mass of half of it
+    share, reynolds, lift, room, light = s.air_of_flights
     rate, dragged = rate_of(values), 1 + values.get("air", 0.0)
     room = room * max(dragged, 0.0)
     acting = [
@@ -343,89 +299,80 @@ def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
 
 
 def places(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """True places (n, 2) [m] for starts (F, 7) and accelerations `push` (F, POINTS,
-    2)."""
-    start = starts[at.flight]
-    moved = [at.shift[a:b] @ push[f] for f, a, b in at.runs]
-    return (
-        start[:, :2]
-        + start[:, 2:4] * at.tau[:, None]
-        + np.concatenate(moved or [np.zeros((0, 2))])
-    )
+    """True places (…, n, 2) [m] for starts (…, F, 7) and accelerations `push` (…, F,
+    POINTS, 2)."""
+    start = starts[..., at.flight, :]
+    moved = [at.shift[a:b] @ push[..., f, :, :] for f, a, b in at.runs]
+    straight = start[..., :2] + start[..., 2:4] * at.tau[:, None]
+    return straight + (np.concatenate(moved, axis=-2) if moved else 0.0)
 
 
 def velocities(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """Velocities (n, 2) [m per stated second]."""
-    return starts[at.flight, 2:4] + np.einsum("np,npc->nc", at.speed, push[at.flight])
+    """Velocities (…, n, 2) [m per stated second]."""
+    faster = np.einsum("np,...npc->...nc", at.speed, push[..., at.flight, :, :])
+    return starts[..., at.flight, 2:4] + faster
 
 
 def predict(
     model: Model, starts: np.ndarray, values: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the camera reads (n, 2) [m]; side conditions (J + R,) in sds."""
-    push, rows = pushed(model, starts, values), rows_at(model, values)
-    true = nearer(
-        places(rows, starts, push), model.session, starts, rows.flight, rows.tau
-    )
-    return pictured(true, model.session.view, values), sides(
-        model, starts, push, values
+    """What the camera reads (n, 2) [m]; by how much conditions are missed (C,)."""
+    push = pushed(model, starts, values)
+    true = true_places(model, starts, values, push)
+    return pictured(true, model.session.view, values), missed(
+        model, starts, values, push
     )
 
 
-def sides(
-    model: Model, starts: np.ndarray, push: np.ndarray, values: dict[str, float]
+def true_places(
+    model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray
 ) -> np.ndarray:
-    """(J + R,), see `predict`."""
-    count = len(model.session.joint)
-    touch = places(model.contacts, starts, push)
-    joined = (touch[count:, 0] - touch[:count, 0]) / joint_sds(model, starts, push)
-    return np.concatenate([joined, _falls(model, starts, push, touch[:count], values)])
+    """(…, n, 2) [m]: of the rows, in the plane of the scale."""
+    at = rows_at(model, values)
+    true = places(at, starts, push)
+    return nearer(true, model.session, starts, at.flight, at.tau)
 
 
-def joint_sds(model: Model, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """(J,) [m]: how well places across before and after a contact agree."""
-    s, count = model.session, len(model.session.joint)
-    speed = velocities(model.contacts, starts, push)[:, 0]
-    # a long seed touches with one end, some ms later with the other
-    least = ROUND_JOINT_SD_M if s.elongation < ROUND else s.rocking_m
-    return least + 0.3 * s.frame_s * np.abs(speed[count:] - speed[:count])
-
-
-def _falls(
-    model: Model,
-    starts: np.ndarray,
-    push: np.ndarray,
-    touch: np.ndarray,
-    values: dict[str, float],
+def missed(
+    model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray
 ) -> np.ndarray:
-    """Stated less fitted falls (R,) from the first apex to its contact, in sds; 0 if
-    not stated."""
-    s = model.session
-    out = np.zeros(len(s.names))
-    apex = released(model, starts, push, values)
-    for j, (before, _) in enumerate(s.joint):
-        r = s.recording[before]
-        if np.isfinite(s.release[r]) and before == np.flatnonzero(s.recording == r)[0]:
-            fall = s.release[r] + release_of(values)
-            out[r] = (apex[before] - touch[j, 1] - fall) / s.release_sd[r]
-    return out
+    """(…, C) [m, s]: by how much each of the conditions is missed: places across at
+    contacts, those towards the camera, stated falls; v_y² and v_y of each flight are
+    the usual ones, and so is y where it follows on no other."""
+    s, at = model.session, model.contacts
+    joint, count, fell = s.joint.T.ravel(), len(s.joint), s.joint[model.fallen, 0]
+    touch = places(at, starts, push)
+    depth = starts[..., joint, 5] + at.tau * starts[..., joint, 6]
+    fall = (
+        released(model, starts, push, values)[..., fell] - touch[..., model.fallen, 1]
+    )
+    stated = s.release[s.recording[fell]] + release_of(values)
+    return np.concatenate(
+        [
+            touch[..., count:, 0] - touch[..., :count, 0],
+            depth[..., count:] - depth[..., :count],
+            fall - stated,
+            starts[..., 4] - model.aside_square,
+            starts[..., 6] - values.get(APPROACH, 0.0),
+            starts[..., model.unjoined, 5],
+        ],
+        axis=-1,
+    )
 
 
 def released(
     model: Model, starts: np.ndarray, push: np.ndarray, values: dict[str, float]
 ) -> np.ndarray:
-    """(F,) [m]: height at which a seed that passes each flight's first row was at
+    """(…, F) [m]: height at which a seed that passes each flight's first row was at
     rest. Drag k v² all the way, at three quarters of the speed: v² = (g/k)(1 −
     exp(−2 k h))."""
-    s, dragged = model.session, max(1 + values.get("air", 0.0), 0.0)
-    up = velocities(model.begins, starts, push)[:, 1] * rate_of(values)
-    k = [
-        max(dragged * drag_at(s.air[r], 0.75 * max(abs(v), SLOWEST_M_S)), 1e-9)
-        for r, v in zip(s.recording, up, strict=True)
-    ]
-    lost = np.minimum(np.array(k) * up**2 / G_M_S2, 0.9)
-    above = -np.log1p(-lost) / (2 * np.array(k))
-    return places(model.begins, starts, push)[:, 1] + above
+    share, reynolds = model.session.air_of_flights[:2, :, 0]
+    up = velocities(model.begins, starts, push)[..., 1] * rate_of(values)
+    usual = 0.75 * np.maximum(np.abs(up), SLOWEST_M_S)
+    dragged = G_M_S2 * max(1 + values.get("air", 0.0), 0.0) * share
+    k = np.maximum(dragged * drag_shape(usual, reynolds) / usual, 1e-9)
+    above = -np.log1p(-np.minimum(k * up**2 / G_M_S2, 0.9)) / (2 * k)
+    return places(model.begins, starts, push)[..., 1] + above
 
 
 def contact_states(
@@ -448,14 +395,6 @@ def contact_states(
     return time, place, speed - weight * late
 
 
-def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """Change of the side conditions (J + R,) by an acceleration, falls neglected."""
-    count, touch = len(model.session.joint), touching(model, push)
-    return np.concatenate(
-        [(touch[count:] - touch[:count]) / sds, np.zeros(len(model.session.names))]
-    )
-
-
 # accelerations (6, POINTS, 2) that a flight has of its own, in sds, across and up:
 # steady, and Legendre's first two polynomials of time: a body is pushed as it is let go
 OWN = np.array(
@@ -472,87 +411,3 @@ def own_pushes(model: Model) -> np.ndarray:
     seen."""
     force = model.own_force[model.session.recording]
     return np.einsum("f,kpc->kfpc", force, OWN[: len(OWN) * force.any()])
-
-
-def touching(model: Model, push: np.ndarray) -> np.ndarray:
-    """(2 J,) [m]: displacement across of seeds at their contacts by an acceleration."""
-    return np.einsum(
-        "np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0]
-    )
-
-
-def side_rows(
-    model: Model,
-    starts: np.ndarray,
-    at: dict,
-    sds: np.ndarray,
-    side_columns: np.ndarray,
-    side,
-    own: np.ndarray,
-):
-    """Rows of contacts, falls: (recording, {flight: entries by x, z, v_x, v_z and by
-    its own pushes}, by globals, right side); own (K, 2 J): see `touching`."""
-    s = model.session
-    count, rows = len(s.joint), []
-    for j, (before, after) in enumerate(s.joint):
-        sd = sds[j]
-        taus = model.contacts.tau[[j, count + j]]
-        entries = {
-            before: np.array([-1, 0, -taus[0], 0, *-own[:, j]]) / sd,
-            after: np.array([1, 0, taus[1], 0, *own[:, count + j]]) / sd,
-        }
-        rows.append((s.recording[before], entries, side_columns[j], -side[j]))
-    for r in np.flatnonzero(np.isfinite(s.release)):
-        flight = int(np.flatnonzero(s.recording == r)[0])
-        touched = np.flatnonzero(s.joint[:, 0] == flight)
-        if not len(touched):  # its first contact was left out
-            continue
-        j = int(touched[0])
-        slope = (
-            starts[flight, 3] * rate_of(at) ** 2 / G_M_S2 - model.contacts.tau[j]
-        ) / s.release_sd[r]  # air neglected
-        rows.append(
-            (
-                r,
-                {flight: np.array([0, 0, 0, slope, *np.zeros(len(own))])},
-                side_columns[count + r],
-                -side[count + r],
-            )
-        )
-    return rows
-
-
-def unseen_rows(model: Model, starts: np.ndarray, r: int, approach: float):
-    """Rows for motion along the line of sight: v_y² of usual size, v_y about what all
-    flights have in common, y continuous at contacts: (entries' places, entries, entry
-    by APPROACH, right side)."""
-    s, flights = model.session, np.flatnonzero(model.session.recording == r)
-    begins = len(np.unique(s.recording))
-    counts = np.where(flights == flights[0], begins, len(s.recording) - begins)
-    wider = student.ppf(0.975, np.maximum(counts, 1)) / INSIDE_SDS
-    for f in flights:
-        sd = ASIDE_SD * model.aside_square[f]
-        yield ((f, 4),), 1 / sd, 0.0, (model.aside_square[f] - starts[f, 4]) / sd
-    joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
-    for f, times in zip(flights, wider, strict=True):  # told by so many flights
-        sd = times * math.sqrt(model.aside_square[f])
-        yield ((f, 6),), 1 / sd, -1 / sd, (approach - starts[f, 6]) / sd
-        j = joints.get(int(f))
-        if j is None:
-            sd = (
-                DEPTH_SD_M if f == flights[0] else s.half[flights].sum() * sd
-            )  # after unseen flights
-            yield ((f, 5),), 1 / sd, 0.0, -starts[f, 5] / sd
-            continue
-        before, taus = s.joint[j, 0], model.contacts.tau[[j, len(s.joint) + j]]
-        apart = (
-            starts[f, 5]
-            + taus[1] * starts[f, 6]
-            - starts[before, 5]
-            - taus[0] * starts[before, 6]
-        )
-        moved = ROUND_JOINT_SD_M
-        if not s.elongation < ROUND:
-            moved += min(s.rocking_m, TWICE_S * sd)
-        entries = np.array([1, taus[1], -1, -taus[0]]) / moved
-        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, 0.0, -apart / moved

@@ -12,13 +12,11 @@ from benchtwin.bench.ellipsoid import ONE_SIZE_LONG, UNKNOWN_LONG, elongation
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.problem import Fit
 from benchtwin.rigs.drop.flight_model import (
-    STARTS,
     Model,
-    predict,
     pushed,
     velocities,
 )
-from benchtwin.rigs.drop.reduction import whitened
+from benchtwin.rigs.drop.reduction import slopes_at, whitened
 from benchtwin.rigs.drop.session import height_sd_mm
 from benchtwin.rigs.drop.track_noise import TrackNoise
 
@@ -133,15 +131,9 @@ def with_speeds(impacts: Impacts, speeds: np.ndarray) -> Impacts:
 
 def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
     """(F, 2): sd of v_x and v_z in the middle of each flight, from its own rows."""
-    model, starts = fit.problem.model, fit.starts
-    seen = predict(model, starts, fit.by_name)[0]
-    step = 1e-6
-    columns = [
-        (predict(model, starts + step * unit, fit.by_name)[0] - seen) / step
-        for unit in np.eye(STARTS)[:4]
-    ]
-    jacobian = np.stack([*columns, np.zeros_like(seen)], axis=-1)
-    own = [white[:, :4] for white in whitened(model, noise, jacobian)]
+    model = fit.problem.model
+    rows = slopes_at(model, fit.starts, fit.by_name).rows
+    own = [white[:, :4] for white in whitened(model, noise, rows)]
     return np.array([np.sqrt(np.diag(np.linalg.inv(w.T @ w))[2:]) for w in own])
 
 

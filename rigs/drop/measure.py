@@ -30,7 +30,6 @@ from benchtwin.infer.problem import Fit, fit
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
 from benchtwin.rigs.drop.flight_model import (
     START,
-    STARTS,
     Model,
     build,
     contact_states,
@@ -378,7 +377,8 @@ def _noise_about(base: Fit) -> TrackNoise:
     not taken for noise."""
     model, axes, sigma = base.problem.model, [], np.zeros((1, 2))
     s, names = model.session, base.names
-    seen, moved = slopes_at(model, base.starts, base.by_name)
+    found = slopes_at(model, base.starts, base.by_name)
+    seen, first = found.seen, found.rows.shape[2] - len(names)
     rows, many = np.arange(len(s.tau)), len(s.tau) > MANY * len(names)
     shared = [k for k, n in enumerate(names) if many or n in LAWS_FELT]
     lag = np.concatenate(
@@ -386,9 +386,12 @@ def _noise_about(base: Fit) -> TrackNoise:
     )
     for axis in (0, 1):
         own = np.zeros((len(rows), len(base.starts), 4))
-        own[rows, s.flight] = moved[axis][:, :4]
+        own[rows, s.flight] = found.rows[:, axis, :4]
         design = np.hstack(
-            [own.reshape(len(rows), -1), moved[axis][:, [STARTS + k for k in shared]]]
+            [
+                own.reshape(len(rows), -1),
+                found.rows[:, axis, [first + k for k in shared]],
+            ]
         )
         design = s.weight[:, None] * design[:, design.any(axis=0)]
         left = s.weight * (s.places - seen)[:, axis]
@@ -417,7 +420,7 @@ def _few_fitted(told: Evidence, model: Model) -> Fit:
         return fit(problem_of(model, TrackNoise((noise, noise), both)))
 
     first = at(sigma)
-    seen, _ = slopes_at(model, first.starts, first.by_name)
+    seen = slopes_at(model, first.starts, first.by_name).seen
     left = s.weight * (s.places - seen)[:, 1] / sigma
     factor, _ = variance_factor(float(left @ left), max(freedom, 1), stated)
     return first if factor == 1.0 else at(sigma * math.sqrt(factor))

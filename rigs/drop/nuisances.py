@@ -51,13 +51,13 @@ def _off_centre(axis: int):
     return picture
 
 
-def _lock(axis: int, wave):
-    """Pixel lock: `value` [px] times a sine or cosine of the place in pixels."""
+def _lock(axis: int, wave: int):
+    """Pixel lock: `value` [px] times the sine (0) or cosine (1) of the place in
+    pixels."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
-        shift = np.zeros_like(places)
-        shift[:, axis] = value * view.pixel * wave(view.phase[:, axis])
-        return places + shift
+        shift = value * view.pixel * view.waves[wave][:, axis, None]
+        return places + shift * np.eye(2)[axis]
 
     return picture
 
@@ -102,9 +102,9 @@ _FOUND = (
         restitution=fallen_deeper,
     ),
     *(
-        _nuisance(f"{LOCK}.{'xz'[k]}.{w.__name__}", _lock(k, w), sd=LOCK_PX)
+        _nuisance(f"{LOCK}.{'xz'[k]}.{name}", _lock(k, w), sd=LOCK_PX)
         for k in (0, 1)
-        for w in (np.sin, np.cos)
+        for w, name in enumerate(("sin", "cos"))
     ),
 )
 NUISANCES: dict[str, Effect] = {effect.name: effect for effect in _FOUND}

@@ -15,33 +15,22 @@ from benchtwin.bench.air import SEED_DRAG
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
-from benchtwin.infer.noise import frame_lag, whiten
+from benchtwin.infer.noise import frame_lag
 from benchtwin.infer.problem import Problem
 from benchtwin.rigs.drop.flight_model import (
+    FELT,
     FLAT,
     IN_FLIGHT,
     LAWS,
-    NEARING,
-    SMALL_M,
-    SPIN,
+    SMALL,
     STARTS,
     Model,
-    growth,
-    joint_sds,
-    nearer,
+    missed,
     own_pushes,
-    picture_slopes,
-    places,
-    push_slopes,
+    pictured,
     pushed,
-    pushed_sides,
-    rows_at,
-    side_rows,
-    sides,
-    touching,
+    true_places,
     true_scale,
-    unseen_rows,
-    velocities,
 )
 from benchtwin.rigs.drop.nuisances import (
     APPROACH,
@@ -61,10 +50,102 @@ from benchtwin.rigs.drop.track_noise import (
     estimate_noise,
     smooth_columns,
 )
-from benchtwin.rigs.drop.trajectories import POINTS
 
 STEP = 1e-3  # of a global's prior sd, for derivatives
+SMALL_M, SMALL_PUSH = 1e-6, 1e-3  # the same: of a place, of a push
 MAX_ITERATIONS = 25  # large scale errors and strong winds converge slowly
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """What a camera reads and the conditions at a point, and their derivatives by what
+    a flight has of its own (L: start and pushes) and by what all have in common (G + K:
+    globals and further pushes)."""
+
+    seen: np.ndarray  # (n, 2)
+    missed: np.ndarray  # (C,)
+    sds: np.ndarray  # (C,)
+    rows: np.ndarray  # (n, 2, L + G + K): by the own of each row's flight
+    conditions: np.ndarray  # (C, G + K)
+    own: np.ndarray  # (C, 2, L): by that of the flight before and of that after
+
+
+def slopes_at(
+    model: Model,
+    starts: np.ndarray,
+    at: dict[str, float],
+    more: np.ndarray | None = None,
+) -> Slopes:
+    """By small differences, of the conditions by the flights' own for every second
+    flight at once, as they are of successive ones; more (K, F, POINTS, 2): further
+    pushes."""
+    push, view = pushed(model, starts, at), model.session.view
+    moved, driven, step, own = _moves(model, starts, at, push, more)
+    true, off = (of(model, starts, at, push) for of in (true_places, missed))
+    seen = pictured(true, view, at)
+    x, z = (
+        (pictured(true + m, view, at) - seen) / SMALL_M for m in SMALL_M * np.eye(2)
+    )
+
+    def shown(carried: np.ndarray) -> np.ndarray:
+        return carried[..., :1] * x + carried[..., 1:] * z
+
+    def by_global(name: str) -> tuple[np.ndarray, np.ndarray]:
+        small = STEP * LAWS[name].prior_sd
+        there = at | {name: at[name] + small}
+        if LAWS[name].picture:
+            return (pictured(true, view, there) - seen) / small, np.zeros(len(off))
+        felt = starts, there, pushed(model, starts, there, push)
+        carried = (true_places(model, *felt) - true) / small
+        return shown(carried), (missed(model, *felt) - off) / small
+
+    rows_by, conditions_by = zip(*map(by_global, at), strict=True)
+    flown = starts + moved, at, push + driven
+    to = shown((true_places(model, *flown) - true) / step[:, None, None])
+    conditions = (missed(model, *flown) - off) / step[:, None]
+    even = (np.arange(len(starts)) % 2 == 0)[:, None]
+    halves = [
+        missed(model, starts + w * moved[:own], at, push + w[..., None] * driven[:own])
+        for w in (even, ~even)
+    ]
+    by_own = (np.array(halves) - off) / step[:own, None]
+    each, parity = np.arange(len(off))[:, None], model.condition_flights % 2
+    return Slopes(
+        seen,
+        off,
+        model.condition_sds(starts, push),
+        np.moveaxis(np.concatenate([to[:own], rows_by, to[own:]]), 0, -1),
+        np.concatenate([conditions_by, conditions[own:]]).T,
+        by_own[parity, :, each],
+    )
+
+
+def _moves(
+    model: Model,
+    starts: np.ndarray,
+    at: dict[str, float],
+    push: np.ndarray,
+    more: np.ndarray | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Small steps of starts (L + K, F, STARTS) and pushes (L + K, F, POINTS, 2), and
+    their sizes (L + K,): of the flights' own, which are L (starts, one sd of own spins
+    where these were seen, of own forces), and by further pushes."""
+    s, own = model.session, list(own_pushes(model))
+    if s.spins:
+        faster = replace(s, own_spin=s.own_spin + s.own_spin_sd)
+        spun = pushed(replace(model, session=faster), starts, at, push)
+        own = [spun - push, *own]
+    pushes = [*own, *(() if more is None else more)]
+    step = np.array([*SMALL, *[SMALL_PUSH] * len(pushes)])
+    moved = np.zeros((len(step), *starts.shape))
+    driven = np.zeros((len(step), *push.shape))
+    for p in range(STARTS):
+        moved[p, :, p] = step[p]
+        if p in FELT:
+            driven[p] = pushed(model, starts + moved[p], at, push) - push
+    if pushes:
+        driven[STARTS:] = SMALL_PUSH * np.array(pushes)
+    return moved, driven, step, STARTS + len(own)
 
 
 def reduce(
@@ -79,328 +160,110 @@ def reduce(
     nodes; looser: factor on the sds of rows.
 
     The last entry of each b is the residual that no parameter changes, so that χ² of
-    points compare."""
-    pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
-    noise = replace(noise, sigma=looser * noise.sigma)
-    blocks = _blocks(model, noise, starts, values, pushes)
-    lower, change = _eliminate(
-        model, starts, values, blocks[:2], len(values) + len(pushes), blocks[2]
-    )
-    at = np.concatenate([values, np.zeros(len(pushes))])
-    return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
-
-
-def _blocks(
-    model: Model,
-    noise: TrackNoise,
-    starts: np.ndarray,
-    values: np.ndarray,
-    pushes: np.ndarray,
-):
-    """Flights' triangles (locals | globals, pushes | own | smooth | residual), side
-    rows, and how many own pushes a flight has."""
+    points compare. Volumes are those of starts in the lengths of the picture, where all
+    places are alike beforehand: in true lengths a larger scale would be less
+    probable."""
     s, at = model.session, dict(zip(model.names, values, strict=True))
-    step = steps_of(model)
-    push = pushed(model, starts, at)
-    driven = push_slopes(model, starts, at, push, step)
-    spun = [driven.pop(SPIN)] if SPIN in driven else []
-    own = np.array([*spun, *own_pushes(model)]).reshape(-1, *push.shape)
-    seen, columns = row_slopes(model, starts, at, push, driven, step)
-    columns += list(_pushed_rows(model, np.concatenate([pushes, own])))
-    jacobian = np.stack(
-        [*columns, (s.places - seen).T], axis=-1
-    )  # (2, n, locals + G + K + own + 1)
-    triangles = [
-        np.linalg.qr(white, mode="r")
-        for white in whitened(model, noise, jacobian.swapaxes(0, 1))
-    ]
-    side, side_columns = side_slopes(model, starts, at, push, driven, step)
-    sds = joint_sds(model, starts, push)
-    side_columns += [pushed_sides(model, sds, push) for push in pushes]
-    touched = np.array([touching(model, push) for push in own])
-    touched = touched.reshape(len(own), 2 * len(s.joint))
-    side_by = np.array(side_columns).T
-    joined = side_rows(model, starts, at, sds, side_by, side, touched)
-    return triangles, joined, len(own)
-
-
-def steps_of(model: Model) -> dict[str, float]:
-    """Steps of the globals for derivatives."""
-    return {n: STEP * LAWS[n].prior_sd for n in model.names}
-
-
-def slopes_at(
-    model: Model, starts: np.ndarray, at: dict[str, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """What the camera reads (n, 2), and its derivatives (2, n, STARTS + G) by each
-    row's own start and by the globals."""
-    step, push = steps_of(model), pushed(model, starts, at)
-    driven = push_slopes(model, starts, at, push, step)
-    driven.pop(SPIN, None)
-    seen, columns = row_slopes(model, starts, at, push, driven, step)
-    return seen, np.stack(columns, axis=-1)
-
-
-def side_slopes(
-    model: Model,
-    starts: np.ndarray,
-    at: dict,
-    push: np.ndarray,
-    driven: dict,
-    step: dict,
-):
-    """Side conditions (J + R,) and their derivatives; driven: those of `push`
-    (push_slopes)."""
-    side = sides(model, starts, push, at)
-    slopes = [np.zeros_like(side) for _ in at]
-    for k, n in enumerate(at):
-        if n in driven:
-            moved = at | {n: at[n] + step[n]}
-            slopes[k] = (
-                sides(model, starts, push + step[n] * driven[n], moved) - side
-            ) / step[n]
-    return side, slopes
-
-
-def row_slopes(
-    model: Model,
-    starts: np.ndarray,
-    at: dict,
-    push: np.ndarray,
-    driven: dict,
-    step: dict,
-):
-    """What the camera reads (n, 2) and its derivatives (2, n) by starts and globals."""
-    s, rows = model.session, rows_at(model, at)
-    level = places(rows, starts, push)
-    true = nearer(level, s, starts, rows.flight, rows.tau)
-    seen, slopes = picture_slopes(true, s.view, at, step)
-    carried = dict(
-        zip(driven, _pushed_rows(model, np.array(list(driven.values()))), strict=True)
-    )
-    grown = growth(s, starts, rows.flight, rows.tau)[:, 0]
-
-    def shown(moved: np.ndarray) -> np.ndarray:
-        return moved[0] * slopes["x"] + moved[1] * slopes["z"]
-
-    across, up = np.eye(2)[:, :, None]
-    moves = [
-        across,
-        up,
-        rows.tau * across + carried[2],
-        rows.tau * up + carried[3],
-        carried[4],
-    ]
-    if READOUT in at:
-        late = velocities(rows, starts, push) * s.late[:, None]
-        slopes[READOUT] = shown(grown * late.T)
-    columns = [shown(grown * moved) for moved in moves]
-    for p in NEARING:
-        moved = starts + SMALL_M * (np.arange(STARTS) == p)
-        columns.append(
-            shown((nearer(level, s, moved, rows.flight, rows.tau) - true).T) / SMALL_M
-        )
-    return seen, columns + [
-        slopes[n] if n in slopes else shown(grown * carried[n]) for n in at
-    ]
-
-
-def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
-    """Whitened rows (2 n_f, locals + G + 10 + 1) of each flight, smooth columns
-    included."""
-    s, extra = model.session, len(SMOOTH)
-    width = jacobian.shape[2]
-    size = s.stop - s.first
-    both = []
-    for axis in (0, 1):
-        rows, lag = (
-            np.zeros((size.max(), len(size), width + extra)),
-            np.full((size.max(), len(size)), np.inf),
-        )
-        for f, n in enumerate(size):
-            here = slice(s.first[f], s.stop[f])
-            sigma = noise.sigma[s.recording[f], axis] / s.weight[here, None]
-            rows[:n, f, :width] = jacobian[here, axis] / sigma
-            rows[:n, f, width:] = smooth_columns(
-                s.tau[here], s.half[f]
-            )  # in units of σ; their priors are flat
-            lag[:n, f] = frame_lag(s.frame[here])
-        both.append(whiten(rows, lag, noise.axes[axis].rho, noise.axes[axis].white)[0])
-    for f, n in enumerate(size):
-        across, up = both[0][:n, f], both[1][:n, f]
-        nil = np.zeros((n, extra))
-        yield np.vstack(
-            [
-                np.hstack(
-                    [
-                        across[:, : width - 1],
-                        across[:, width:],
-                        nil,
-                        across[:, width - 1 : width],
-                    ]
-                ),
-                np.hstack(
-                    [up[:, : width - 1], nil, up[:, width:], up[:, width - 1 : width]]
-                ),
-            ]
-        )
-
-
-def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
-    """(K, 2, n): displacement of the rows by accelerations (K, F, POINTS, 2)."""
-    parts = [
-        np.einsum("np,kpc->kcn", model.rows.shift[a:b], pushes[:, f], optimize=True)
-        for f, a, b in model.rows.runs
-    ]
-    return np.concatenate(parts, axis=2)
-
-
-@dataclass(frozen=True)
-class _Columns:
-    """Columns of one recording's rows: starts of its flights (STARTS each), its own
-    deviations from globals (`owns`: which, and their sds), what pushes its flights of
-    their own (`own` each), `count` globals and pushes, smooth errors of each flight,
-    the residual."""
-
-    flights: np.ndarray
-    owns: dict[int, float]
-    own: int
-    count: int
-
-    @classmethod
-    def of(cls, model: Model, recording: int, own: int, count: int) -> "_Columns":
-        session = model.session
-        names = enumerate(model.names)
-        owns = {k: LAWS[n].prior_sd for k, n in names if n.startswith(LOCK)}
-        if session.air[recording].share > 0:
-            owns = {model.names.index("air"): SEED_DRAG} | owns
-        flights = np.flatnonzero(session.recording == recording)
-        return cls(flights, owns, own, count)
-
-    @property
-    def deviations(self) -> int:
-        return STARTS * len(self.flights)
-
-    @property
-    def spins(self) -> int:
-        return self.deviations + len(self.owns)
-
-    @property
-    def local(self) -> int:
-        """How many are the recording's own, and the first of the globals."""
-        return self.spins + self.own * len(self.flights)
-
-    @property
-    def total(self) -> int:
-        return self.local + self.count + 2 * len(SMOOTH) * len(self.flights) + 1
-
-    @property
-    def globals(self) -> slice:
-        return slice(self.local, self.local + self.count)
-
-    def starts_of(self, flight: int) -> int:
-        """The first of a flight's starts."""
-        return STARTS * int(np.searchsorted(self.flights, flight))
-
-    def pushes_of(self, flight: int) -> slice:
-        at = self.spins + self.own * int(np.searchsorted(self.flights, flight))
-        return slice(at, at + self.own)
-
-    def priors(self) -> list[np.ndarray]:
-        """Rows that hold own deviations and pushes to their sds."""
-        deviations = np.eye(len(self.owns), self.total, self.deviations)
-        return [
-            np.eye(self.total)[self.spins : self.local],
-            deviations / np.array([*self.owns.values()])[:, None],
-        ]
-
-    def flight_rows(self, flight: int, triangle: np.ndarray) -> np.ndarray:
-        """A flight's triangle (locals | globals, pushes | own | smooth | residual)."""
-        block = np.zeros((len(triangle), self.total))
-        at, own = self.starts_of(flight), STARTS + self.count
-        block[:, at : at + STARTS] = triangle[:, :STARTS]
-        block[:, self.globals] = triangle[:, STARTS:own]
-        of_owns = [STARTS + k for k in self.owns]
-        block[:, self.deviations : self.spins] = triangle[:, of_owns]
-        block[:, self.pushes_of(flight)] = triangle[:, own : own + self.own]
-        smooth = 2 * len(SMOOTH)
-        first = self.globals.stop + smooth * int(np.searchsorted(self.flights, flight))
-        block[:, first : first + smooth] = triangle[:, own + self.own : -1]
-        block[:, -1] = triangle[:, -1]
-        return block
-
-
-def _recording_rows(
-    model: Model,
-    starts: np.ndarray,
-    values: np.ndarray,
-    blocks: tuple,
-    recording: int,
-    columns: _Columns,
-) -> np.ndarray:
-    """All rows of a recording, white."""
-    triangles, sides = blocks
-    rows = columns.priors()
-    rows += [columns.flight_rows(f, triangles[f]) for f in columns.flights]
-    approach = model.names.index(APPROACH)
-    unseen = unseen_rows(model, starts, recording, values[approach])
-    for at, entries, common, right in unseen:
-        row = np.zeros((1, columns.total))
-        row[0, columns.local + approach] = common
-        row[0, [columns.starts_of(f) + p for f, p in at]] = entries
-        row[0, -1] = right
-        rows.append(row)
-    for _, entries, across, right in (s for s in sides if s[0] == recording):
-        row = np.zeros((1, columns.total))
-        for f, entry in entries.items():
-            first = columns.starts_of(f)
-            row[0, first : first + 4] = entry[:4]
-            row[0, columns.pushes_of(f)] = entry[4:]
-        row[0, columns.globals], row[0, -1] = across, right
-        rows.append(row)
-    return np.vstack(rows)
-
-
-def _eliminate(
-    model: Model, starts: np.ndarray, values: np.ndarray, blocks, count: int, own: int
-):
-    """Reduced of each recording, and a function from a change of θ to that of
-    starts. Volumes are those of starts in the lengths of the picture, where all places
-    are alike beforehand: in true lengths a larger scale would be less probable."""
-    session = model.session
+    found = slopes_at(model, starts, at, pushes)
+    noise = replace(noise, sigma=looser * noise.sigma)
+    jacobian = np.dstack([found.rows, s.places - found.seen])
+    flights = [np.linalg.qr(w, mode="r") for w in whitened(model, noise, jacobian)]
+    ln_unit, common = np.log(true_scale(at)), found.conditions.shape[1]
+    theta = np.append(values, np.zeros(common - len(values)))
     reduced, back = [], []
-    ln_unit = np.log(true_scale(dict(zip(model.names, values, strict=True))))
-    for r in range(len(session.names)):
-        columns = _Columns.of(model, r, own, count)
-        if not len(columns.flights):
-            continue
-        local = columns.local
-        rows = _recording_rows(model, starts, values, blocks, r, columns)
+    for r in np.unique(s.recording):
+        own = np.flatnonzero(s.recording == r)
+        rows, local = _recording_rows(model, r, found, flights)
         triangle = np.asarray(np.linalg.qr(rows, mode="r"))  # for numpy's types
         below, sizes = triangle[local:], np.abs(np.diag(triangle)[:local])
         if not sizes.all():  # singular: forces so great that starts have no effect
             below[:, -1], sizes = np.inf, np.ones(local)
-        volume = FLAT * len(columns.flights) * ln_unit
-        across, inside = columns.globals, triangle[:local, :local]
+        shared, inside = slice(local, local + common), triangle[:local, :local]
         reduced.append(
             Reduced(
-                below[:, across],
-                below[:, across.stop : -1],
-                below[:, -1],
-                half_ln_det=float(np.log(sizes).sum()) + volume,
+                below[:, shared],
+                below[:, shared.stop : -1],
+                below[:, -1] + below[:, shared] @ theta,
+                half_ln_det=float(np.log(sizes).sum()) + FLAT * len(own) * ln_unit,
                 own=inside,
             )
         )
-        back.append((columns, inside, triangle[:local, across], triangle[:local, -1]))
+        back.append((own, inside, triangle[:local, shared], triangle[:local, -1]))
 
-    def change(theta: np.ndarray) -> np.ndarray:
-        out = np.zeros((len(session.middle), STARTS))
-        for columns, inside, across, right in back:
-            found = solve_triangular(inside, right - across @ theta)
-            out[columns.flights] = found[: columns.deviations].reshape(-1, STARTS)
+    def change(moved: np.ndarray) -> np.ndarray:
+        out = np.zeros((len(s.middle), STARTS))
+        for own, inside, across, right in back:
+            to = solve_triangular(inside, right - across[:, : len(moved)] @ moved)
+            out[own] = to[: STARTS * len(own)].reshape(-1, STARTS)
         return out
 
-    return reduced, change
+    return tuple(reduced), change
+
+
+def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
+    """White rows (2 n_f, columns + 10) of each flight from rows (n, 2, columns), those
+    of its smooth errors across and up behind them."""
+    s = model.session
+    for f, rows in enumerate(map(slice, s.first, s.stop)):
+        lag, smooth = frame_lag(s.frame[rows]), smooth_columns(s.tau[rows], s.half[f])
+        sigma = noise.sigma[s.recording[f]] / s.weight[rows, None]
+        both = []
+        for k, axis in enumerate(noise.axes):
+            # smooth columns in units of σ: their priors are flat
+            columns = np.kron(np.eye(2)[k], smooth)
+            scaled = jacobian[rows, k] / sigma[:, k, None]
+            both.append(axis.whiten(np.hstack([scaled, columns]), lag))
+        yield np.vstack(both)
+
+
+def _recording_rows(
+    model: Model, r: int, found: Slopes, flights: list[np.ndarray]
+) -> tuple[np.ndarray, int]:
+    """All rows of a recording, white, and how many columns are its own. Columns: starts
+    of its flights, its own deviations from globals, own pushes of its flights, globals
+    and further pushes, smooth errors of each flight, the residual."""
+    own, common = (
+        np.flatnonzero(model.session.recording == r),
+        found.conditions.shape[1],
+    )
+    deviations = _deviations(model, r)
+    pushes, smooth = found.own.shape[2] - STARTS, 2 * len(SMOOTH)
+    first = STARTS * len(own)
+    local = first + len(deviations) + pushes * len(own)
+    total = local + common + smooth * len(own) + 1
+
+    def of_flight(f: int) -> np.ndarray:
+        """Places of its starts and pushes."""
+        k = int(np.searchsorted(own, f))
+        behind = first + len(deviations) + pushes * k
+        return np.r_[STARTS * k : STARTS * (k + 1), behind : behind + pushes]
+
+    shared, rows = np.arange(local, local + common), [np.eye(total)[first:local]]
+    rows[0][: len(deviations)] /= np.array([*deviations.values()])[:, None]
+    for k, f in enumerate(own):
+        behind = local + common + smooth * k + np.arange(smooth)
+        block = np.zeros((len(flights[f]), total))
+        at = np.r_[of_flight(f), shared, total - 1, behind]
+        block[:, at] = flights[f]
+        block[:, first : first + len(deviations)] = block[
+            :, local + np.array([*deviations], int)
+        ]
+        rows.append(block)
+    for c in np.flatnonzero(np.isin(model.condition_flights[:, 0], own)):
+        row = np.zeros((1, total))
+        for f, by in zip(model.condition_flights[c], found.own[c], strict=True):
+            row[0, of_flight(f)] = by
+        row[0, shared], row[0, -1] = found.conditions[c], -found.missed[c]
+        rows.append(row / found.sds[c])
+    return np.vstack(rows), local
+
+
+def _deviations(model: Model, r: int) -> dict[int, float]:
+    """Globals from which a recording has deviations of its own, by number, with their
+    sds: drag of its seed, pixel lock."""
+    air = {"air": SEED_DRAG} if model.session.air[r].share > 0 else {}
+    locks = {n: LAWS[n].prior_sd for n in model.names if n.startswith(LOCK)}
+    return {model.names.index(n): sd for n, sd in (air | locks).items()}
 
 
 def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:

@@ -2,6 +2,7 @@
 recording."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -20,6 +21,7 @@ LEAST = 2  # of a flight
 BLOCK_S = 1.5e-3  # over which rows are averaged
 SMOOTH_DEGREE = 4  # of the smooth curve of places in pixels
 ROUGH = 3.0  # times the usual roughness, beyond which a flight was not free
+AIR_KEYS = ("share", "reynolds_per_speed", "lift", "room", "buoyancy")
 LEAST_ROCKING_M = 3e-4  # also of balls
 
 
@@ -67,6 +69,17 @@ class Session:
     def of_stated_height(self) -> bool:
         """Whether a fall is compared with its stated height."""
         return bool(np.isfinite(self.release).any())
+
+    @property
+    def falls(self) -> np.ndarray:
+        """(F,): whether a flight is the first one of its recording."""
+        return np.diff(self.recording, prepend=-1) > 0
+
+    @cached_property
+    def air_of_flights(self) -> np.ndarray:
+        """(5, F, 1): AIR_KEYS of each flight's air."""
+        air = [self.air[r] for r in self.recording]
+        return np.array([[[getattr(a, key)] for a in air] for key in AIR_KEYS])
 
     @property
     def uneven_m(self) -> float:

@@ -9,7 +9,6 @@ from numpy.polynomial import chebyshev
 
 POINTS = 16
 MAX_ITERATIONS = 60
-SMALL_M_S = 1e-6  # for derivatives
 NODES = -np.cos(np.pi * np.arange(POINTS) / (POINTS - 1))
 _TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, POINTS - 1))
 _ONCE = np.array(
@@ -23,10 +22,13 @@ _SLOPES_AT_ENDS = np.array(
 _SPEEDS_AT_NODES = chebyshev.chebvander(NODES, POINTS) @ _ONCE.T
 
 
-def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
+def accelerations(
+    speeds: np.ndarray, half: np.ndarray, force, near: np.ndarray | None = None
+) -> np.ndarray:
     """a (F, POINTS, 2) of a force(velocity) on flights that have `speeds` in their
-    middle."""
-    velocity = np.repeat(speeds[:, None, :], POINTS, axis=1)
+    middle; near: others, from which to begin."""
+    begun = np.zeros((len(half), POINTS, 2)) if near is None else near
+    velocity = speeds_at_nodes(speeds, half, begun)
     for _ in range(MAX_ITERATIONS):
         now = force(velocity)
         after = speeds_at_nodes(speeds, half, now)
@@ -35,31 +37,6 @@ def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
         if moved < 1e-10:
             break
     return force(velocity)
-
-
-def changes(
-    velocity: np.ndarray,
-    half: np.ndarray,
-    force,
-    speeds: np.ndarray,
-    direct: np.ndarray,
-) -> np.ndarray:
-    """Derivative of `accelerations` by those speeds (K, F, 2), and by the force itself
-    (direct)."""
-    now = force(velocity)
-    slopes = [
-        (force(velocity + small) - now) / SMALL_M_S for small in SMALL_M_S * np.eye(2)
-    ]
-    out = direct
-    for _ in range(MAX_ITERATIONS):
-        moved = speeds_at_nodes(speeds, half, out)
-        before, out = (
-            out,
-            direct + moved[..., :1] * slopes[0] + moved[..., 1:] * slopes[1],
-        )
-        if np.abs(out - before).max() <= 1e-9 * np.abs(out).max():
-            break
-    return out
 
 
 def speeds_at_nodes(

@@ -2,6 +2,7 @@
 nuisances."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -33,6 +34,16 @@ class View:
     phase: np.ndarray  # (n, 2): place in pixels times 2π, 0 without a scale
     pixel: float  # [m]
     fall: float = 0.0  # of the seeds beside the middle [m]
+
+    @cached_property
+    def waves(self) -> tuple[np.ndarray, np.ndarray]:
+        """Sine and cosine (n, 2) of the phase."""
+        return np.sin(self.phase), np.cos(self.phase)
+
+    @cached_property
+    def heading(self) -> np.ndarray:
+        """cos θ + i sin θ (n,) of the angle."""
+        return np.exp(1j * self.angle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +91,8 @@ def wobbled(phase: int, turns: int = 2):
     `turns`: 2 for an outline, 1 for a point of the body; phase 1: (−sin kθ, cos kθ)."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
-        c, s = np.cos(turns * view.angle), np.sin(turns * view.angle)
-        return places + 1e-3 * value * np.column_stack([-s, c] if phase else [c, s])
+        pointed = 1e-3 * value * view.heading**turns * (1j if phase else 1)
+        return places + np.column_stack([pointed.real, pointed.imag])
 
     return picture
 
