@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.world import Placed, World
-from benchtwin.sim.laws import Chosen, Law, Parameter, hertz_mindlin
+from benchtwin.sim.laws import LAWS, Chosen, hertz_mindlin
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.seed import Seed
 
@@ -210,24 +210,13 @@ def published_shear(folder: Path) -> Line:
 
 
 def published_approach(folder: Path) -> Line:
-    """The published forces of two balls that meet: a linear spring, put into our engine
-    as a law of the user's own, in place of Hertz's force."""
+    """The published forces of two balls that meet: a linear spring, in the place of
+    Hertz's."""
     told = _results(folder / "dem-codes" / "yade" / "theoreticalResult.json")
-    linear = Law(
-        name="linear_spring",
-        kind="normal",
-        function=linear_spring,
-        parameters=(Parameter("stiffness", "N/m", 0.0, 1e12, "of the spring"),),
-    )
+    linear = LAWS["spring_linear"].use(stiffness=LINEAR_N_M)
     soft = Material("ball", 2500.0, 1e3, 0.3)
-    force, _ = followed(told, 0.0, (linear.use(stiffness=LINEAR_N_M),), soft)
+    force, _ = followed(told, 0.0, (linear,), soft)
     return Line("published Yade", "linear spring", force, -told["F_i"], "sign")
-
-
-def linear_spring(overlap, closing_speed, radius, modulus, stiffness):
-    """Force [N] that makes of Hertz's one k × overlap: k δ − (4/3) E* √R* δ^1.5."""
-    hertz = 4.0 / 3.0 * modulus * radius**0.5 * overlap**1.5
-    return stiffness * overlap - hertz
 
 
 def _results(file: Path) -> dict:
@@ -245,7 +234,7 @@ def viscous(laws: ModuleType) -> list[Line]:
     of |= {f"{k}_{s}": v for k, v in (("E", young), ("nu", 0.3)) for s in "ij"}
     for overlap, speed in zip(rng.uniform(0.01, 0.1, 50), rng.uniform(-1, 1, 50)):
         s_n = hertz_mindlin.normal_stiffness(overlap, 0.5, modulus)
-        _, damped = hertz_mindlin.normal_force(s_n, overlap, speed, mass, gamma)
+        damped = hertz_mindlin.damping_force(s_n, speed, mass, gamma)
         across = np.array([speed, 0.0, 0.0])
         known = [0.0, 0.0, 0.0, *n, *across, 0.0, s_n, mass, gamma, np.inf]
         shear = hertz_mindlin.tangential_force(*known)[:3]

@@ -14,6 +14,7 @@ from benchtwin.sim.engine import sleeping, turning
 from benchtwin.sim.engine.compiled import INNER
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.tiles import LANES
+from benchtwin.sim.engine.turning import turn_free, turn_round
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
@@ -76,7 +77,7 @@ def predict(first, last, dt, s, P, who):
             n = who[t]
             m = s.body[n]
             end_step(t, P, m, s.turn[n], s.spin[n])
-            if HAS_BRAKE:
+            if HAS_ROLLING_SPIN:
                 lost += P[turning.LOST + t]
             if single:
                 way = put_ball(
@@ -131,9 +132,6 @@ def end_step(t, P, m, q, spun):
     m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
 
 
-turn_round, turn_free = turning.turn_round, turning.turn_free
-
-
 @njit(**INNER)
 def put_ball(at, x, y, z, ball, path):
     """Move a ball there; how long its path is by now, a sum of straight steps. ball is
@@ -163,7 +161,7 @@ def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, pat
 
 
 HAS_BODY = False
-HAS_BRAKE = False
+HAS_ROLLING_SPIN = False
 
 
 def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
@@ -247,7 +245,7 @@ def correct(first, last, dt, look, slot, s, fresh):
         f[3], f[4], f[5], f[BRAKE] = tx, ty, tz, new[BRAKE]
         j = s.trait[2 * n + 1]
         if j > 0.0:
-            if HAS_BRAKE:
+            if HAS_ROLLING_SPIN:
                 lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * new[BRAKE])
                 lost += taken
             m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
@@ -258,7 +256,7 @@ def correct(first, last, dt, look, slot, s, fresh):
             p1 = a * lx + d * ly + o * lz
             p2 = b * lx + e * ly + u * lz
             p3 = c * lx + k * ly + i * lz
-            if HAS_BRAKE:
+            if HAS_ROLLING_SPIN:
                 p1, p2, p3, taken = turning.braked(
                     p1, p2, p3, j1, j2, j3, h * new[BRAKE]
                 )

@@ -7,6 +7,7 @@ carries a fingerprint of every source that goes into it, so that numba's cache o
 never hands out code made from an older law: numba itself looks only at the file of the
 outermost function."""
 
+import dis
 import hashlib
 import inspect
 import os
@@ -120,23 +121,26 @@ def fingerprint(*parts: object) -> str:
     return digest.hexdigest()[:16]
 
 
-def bind(template: Callable, **names: object) -> Callable:
-    """A copy of `template` that sees `names` in place of its module's own,
-    uncompiled."""
+def bind(template: Callable, names: dict[str, object]) -> Callable:
+    """A copy of `template` that sees `names` in place of its module's own, and in the
+    place of each plain function that it calls the same of that, compiled as a part."""
+    seen = {**template.__globals__, **names}
+    for line in dis.get_instructions(template):
+        part = seen.get(line.argval) if line.opname == "LOAD_GLOBAL" else None
+        if isinstance(part, types.FunctionType):
+            seen[line.argval] = inner(part, **names)
     made = types.FunctionType(
-        template.__code__,
-        {**template.__globals__, **names},
-        template.__name__,
-        template.__defaults__,
+        template.__code__, seen, template.__name__, template.__defaults__
     )
     made.__module__ = template.__module__
     return made
 
 
+@cache  # what two call is compiled once
 def inner(template: Callable, **names: object) -> Callable:
     """`template` with `names` bound, compiled as a part of a kernel (kept on disk only
     inside that kernel)."""
-    return numba.njit(forceinline=True, **INNER)(bind(template, **names))
+    return numba.njit(forceinline=True, **INNER)(bind(template, names))
 
 
 def kernel(
@@ -144,7 +148,7 @@ def kernel(
 ) -> Callable:
     """`template` with `names` bound, compiled and kept on disk under its name and
     `mark` (see `fingerprint`)."""
-    made = bind(template, **names)
+    made = bind(template, names)
     made.__qualname__ = f"{template.__name__}_{mark}"
     before = numba.config.CACHE_DIR
     # read once, while the dispatcher is made

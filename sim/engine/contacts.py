@@ -11,13 +11,18 @@ import math
 import numpy as np
 from numba import njit
 
-from benchtwin.sim.engine import gathering, tiles
 from benchtwin.sim.engine.bodies import FROM_CONTACTS
 from benchtwin.sim.engine.compiled import INNER
-from benchtwin.sim.engine.gathering import S_CONTACTS
+from benchtwin.sim.engine.gathering import (
+    S_CONTACTS,
+    gather_pairs,
+    gather_walls,
+    scatter_pairs,
+    scatter_walls,
+)
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.surfaces import nearest, shares_feature
-from benchtwin.sim.engine.tiles import LANES
+from benchtwin.sim.engine.tiles import LANES, approach, laws, pair_geometry
 
 REACH = False
 SHORT = 1.0 - 1e-6  # for rounding: `quiet` is kept in single precision
@@ -194,71 +199,46 @@ def _forget_or_hand_over(k, end, start, count, active, memory, touch):
             memory[c, :] = 0.0
 
 
-def shares_of_pairs(count, active, s, share):
+def contact_radius(k, meet, on_wall, s):
+    """√(R* δ) of a listed ball on a wall [m], `meet` being where they touch, or of a
+    listed pair of balls: a contact's stiffness is in proportion to it."""
+    ball = s.ball
+    if on_wall:
+        return math.sqrt(max(meet[3], 0.0) * ball[4 * s.wall_i[k] + 3])
+    i, j = 4 * s.pair_i[k], 4 * s.pair_j[k]
+    dx = ball[i] - ball[j]
+    dy = ball[i + 1] - ball[j + 1]
+    dz = ball[i + 2] - ball[j + 2]
+    overlap = ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
+    return math.sqrt(
+        max(overlap, 0.0) * ball[i + 3] * ball[j + 3] / (ball[i + 3] + ball[j + 3])
+    )
+
+
+def shares(count, active, meet, on_wall, first, second, owner, s, share):
     """Each contact's share of the damping where several balls of one seed touch the
-    same other seed.
+    same other seed or wall (`owner` of `second`).
 
     Springs side by side add up, S = Σ S_k, but dashpots γ √(S_k m) would add up to more
     than γ √(S m), and a seed that lands on k balls would rebound less. With m_k = m S_k
     / S they sum to exactly that: restitution then does not depend on the number of
-    balls. S_k ∝ √(R* δ), one material pair."""
-    ball, owner = s.ball, s.owner
-    pair_i, pair_j = s.pair_i, s.pair_j
+    balls. One material pair."""
     a = 0
     while a < count:
-        i, j = pair_i[active[a]], pair_j[active[a]]
+        body, other = s.owner[first[active[a]]], owner[second[active[a]]]
         end = a + 1
         while (
             end < count
-            and owner[pair_i[active[end]]] == owner[i]
-            and owner[pair_j[active[end]]] == owner[j]
+            and s.owner[first[active[end]]] == body
+            and owner[second[active[end]]] == other
         ):
             end += 1
         if end == a + 1:
-            share[a:end] = 1.0
+            share[a] = 1.0
         else:
             total = 0.0
             for c in range(a, end):
-                i, j = 4 * pair_i[active[c]], 4 * pair_j[active[c]]
-                dx = ball[i] - ball[j]
-                dy = ball[i + 1] - ball[j + 1]
-                dz = ball[i + 2] - ball[j + 2]
-                overlap = (
-                    ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
-                )
-                share[c] = math.sqrt(
-                    max(overlap, 0.0)
-                    * ball[i + 3]
-                    * ball[j + 3]
-                    / (ball[i + 3] + ball[j + 3])
-                )
-                total += share[c]
-            for c in range(a, end):
-                share[c] /= max(total, 1e-300)
-        a = end
-
-
-def shares_of_walls(count, active, meet, s, share):
-    """The same for several balls of one seed on the same wall."""
-    wall_i, wall_p, prim_wall = s.wall_i, s.wall_p, s.prim_wall
-    a = 0
-    while a < count:
-        body, wall = s.owner[wall_i[active[a]]], prim_wall[wall_p[active[a]]]
-        end = a + 1
-        while (
-            end < count
-            and s.owner[wall_i[active[end]]] == body
-            and prim_wall[wall_p[active[end]]] == wall
-        ):
-            end += 1
-        if end == a + 1:
-            share[a:end] = 1.0
-        else:
-            total = 0.0
-            for c in range(a, end):
-                share[c] = math.sqrt(
-                    max(meet[c, 3], 0.0) * s.ball[4 * wall_i[active[c]] + 3]
-                )
+                share[c] = contact_radius(active[c], meet[c], on_wall, s)
                 total += share[c]
             for c in range(a, end):
                 share[c] /= max(total, 1e-300)
@@ -289,11 +269,12 @@ def block_forces(b, dt, look, woken, account, s, scratch):
         s.awakes[b] = awake_pairs(first, last, s)
     pairs = touching_pairs(first, last, s.awakes[b], s, active)
     if s.shared:
-        shares_of_pairs(pairs, active, s, share)
+        shares(pairs, active, meet, False, s.pair_i, s.pair_j, s.owner, s, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
     walls = touching_walls(first, last, look, s, active[pairs:], meet)
     if s.shared:
-        shares_of_walls(walls, active[pairs:], meet, s, share[pairs:])
+        listed = s.wall_i, s.wall_p, s.prim_wall
+        shares(walls, active[pairs:], meet, True, *listed, s, share[pairs:])
     sums[S_CONTACTS] = pairs + walls
 
     tiles_of_pairs = (pairs + LANES - 1) // LANES
@@ -324,12 +305,6 @@ def block_forces(b, dt, look, woken, account, s, scratch):
             scatter_walls(
                 P, s, active[at : at + count], base, s.wall_push[b], sums, account
             )
-
-
-pair_geometry, approach = tiles.pair_geometry, tiles.approach
-laws = tiles.laws
-gather_pairs, gather_walls = gathering.gather_pairs, gathering.gather_walls
-scatter_pairs, scatter_walls = gathering.scatter_pairs, gathering.scatter_walls
 
 
 def gather_forces(c, s, fresh):

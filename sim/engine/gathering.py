@@ -16,8 +16,12 @@ S_ROLLED, S_EXTRA, S_WALLS, S_CONTACTS = range(5, 9)
 SUMS = 9
 LEDGER = False
 HAS_RESTITUTION = False
-HAS_SPRING = False
+HAS_ROLLING_SPRING = False
 HAS_NORMAL = False
+HAS_SPRING = False
+# what laws along the normal remember: how many numbers, and their first row in a tile
+OWN, OWN_ROW = 0, 0
+TAKEN, OWN_FIRST = 7, 8  # columns of a contact's memory: what a spring took, theirs
 
 
 def gather_two(P, t, ball, motion, single, i, j, a, c):
@@ -69,14 +73,19 @@ def gather_numbers(P, t, row, rows, table):
 
 
 def recall(P, t, memory, fresh):
-    """What the contact remembers; a new one's impact speed is asked for by −1."""
+    """What the contact remembers; what a new one would is asked for by −1 for its
+    impact speed, NEVER for the energy that its spring took."""
     for c in range(3):
         P[tiles.MEMORY + c * STRIDE + t] = memory[c]
     if HAS_RESTITUTION:
         P[tiles.MEMORY + 3 * STRIDE + t] = -1.0 if fresh else memory[3]
-    if HAS_SPRING:
+    if HAS_ROLLING_SPRING:
         for c in range(4, 7):
             P[tiles.MEMORY + c * STRIDE + t] = memory[c]
+    if HAS_SPRING:
+        P[tiles.TAKEN + t] = tiles.NEVER if fresh else memory[TAKEN]
+    for c in range(OWN):
+        P[OWN_ROW + c * STRIDE + t] = memory[OWN_FIRST + c]
 
 
 def gather_wall(P, t, ball, motion, i, a, meet, twist):
@@ -115,9 +124,13 @@ def keep(P, t, memory):
         memory[c] = P[tiles.MEMORY + c * STRIDE + t]
     if HAS_RESTITUTION:
         memory[3] = P[tiles.MEMORY + 3 * STRIDE + t]
-    if HAS_SPRING:
+    if HAS_ROLLING_SPRING:
         for c in range(4, 7):
             memory[c] = P[tiles.MEMORY + c * STRIDE + t]
+    if HAS_SPRING:
+        memory[TAKEN] = P[tiles.TAKEN + t]
+    for c in range(OWN):
+        memory[OWN_FIRST + c] = P[OWN_ROW + c * STRIDE + t]
 
 
 def push(P, t, window, row):

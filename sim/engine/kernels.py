@@ -8,21 +8,13 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from benchtwin.sim.engine import (
-    assemble,
-    bodies,
-    contacts,
-    gathering,
-    quadrature,
-    sleeping,
-    surfaces,
-    tiles,
-    turning,
-)
-from benchtwin.sim.engine.compiled import INNER, fingerprint, inner, kernel
+from benchtwin.sim.engine import assemble, bodies, gathering, sleeping, tiles
+from benchtwin.sim.engine.bodies import correct, predict
+from benchtwin.sim.engine.compiled import INNER, fingerprint, kernel
+from benchtwin.sim.engine.contacts import block_forces, gather_forces
 from benchtwin.sim.engine.gathering import S_OVERLAP
 from benchtwin.sim.engine.parallel import barrier, take
-from benchtwin.sim.laws import hertz_mindlin
+from benchtwin.sim.engine.surfaces import place_walls
 from benchtwin.sim.laws.law import Chosen, Law
 
 # What the kernels see of a state and its world, arrays all (see `state.State` for those
@@ -48,6 +40,9 @@ ARRIVED, PASSED, NEXT_CONTACT, NEXT_BODIES = range(4)
 DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
 # Accounts of the ledger: what the run has turned into what, since it began [J].
 LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_laws")
+
+
+LEDGER = False
 
 
 def advance(
@@ -214,72 +209,11 @@ def add_ledger(sums, dt, ledger):
         ledger[2] += dt * sums[b, gathering.S_ROLLED]
 
 
-LEDGER = False
-block_forces = contacts.block_forces
-gather_forces = contacts.gather_forces
-correct, predict = bodies.correct, bodies.predict
-place_walls = surfaces.place_walls
-
-
-def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
-    """The compiled parts of `advance`: contacts with the chosen laws in them."""
-    remembered = {n: bound.get(n, False) for n in ("HAS_RESTITUTION", "HAS_SPRING")}
-    of_reach = {"REACH": True, "reach": reach} if reach else {}
-    plain = (
-        "gather_first",
-        "gather_two",
-        "gather_numbers",
-        "gather_wall",
-        "push",
-        "push_back",
-        "push_wall",
-    )
-    parts = {n: inner(getattr(gathering, n)) for n in plain}
-    parts |= {n: inner(getattr(gathering, n), **remembered) for n in ("recall", "keep")}
-    normal = bound.get("HAS_NORMAL", False)
-    parts["add_up"] = inner(gathering.add_up, LEDGER=ledger, HAS_NORMAL=normal)
-    whole = ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")
-    parts |= {n: inner(getattr(gathering, n), **parts) for n in whole}
-    parts |= {
-        n: inner(getattr(contacts, n))
-        for n in ("_each_feature_once", "_forget_or_hand_over", "awake_pairs")
-    }
-    parts |= {
-        n: inner(getattr(contacts, n), **parts, **of_reach)
-        for n in ("touching_pairs", "touching_walls")
-    }
-    parts |= {
-        n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")
-    }
-    force_laws = (
-        "damping_factor",
-        "normal_stiffness",
-        "normal_force",
-        "tangential_force",
-    )
-    numbers = {n: inner(getattr(hertz_mindlin, n)) for n in force_laws}
-    numbers["speed_now"] = inner(quadrature.speed_now)
-    parts["pair_geometry"] = inner(tiles.pair_geometry)
-    parts["approach"] = inner(tiles.approach, edge_weight=inner(quadrature.edge_weight))
-    parts["laws"] = inner(tiles.laws, LEDGER=ledger, **numbers, **bound)
-    return parts
-
-
-def _turning_parts(brake: bool) -> dict:
-    turns = {
-        n: inner(getattr(turning, n), HAS_BRAKE=brake)
-        for n in ("turn_round", "turn_free")
-    }
-    return (
-        turns
-        | {n: inner(getattr(bodies, n)) for n in ("start_step", "end_step")}
-        | {"HAS_BRAKE": brake}
-    )
-
-
 def memory_columns(laws: tuple[Chosen, ...]) -> int:
     """How many numbers a contact must remember under these laws."""
     kinds = {c.law.kind for c in laws}
+    if "spring" in kinds or any(c.law.memory for c in laws):
+        return gathering.OWN_FIRST + sum(len(c.law.memory) for c in laws)
     return 7 if "rolling_spring" in kinds else 4 if "restitution" in kinds else 3
 
 
@@ -287,6 +221,7 @@ def scratch_for(view: View) -> Scratch:
     """Room for one thread to work in."""
     most = int(np.max(np.diff(view.block_pair) + np.diff(view.block_wall))) + 1
     rows = tiles.FIXED_ROWS + view.table.shape[1] - tiles.COLUMNS
+    rows += max(view.pair_memory.shape[1] - gathering.OWN_FIRST, 0)
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
         np.zeros(rows * tiles.STRIDE),
@@ -306,26 +241,16 @@ def build(
 ) -> tuple[Callable, str]:
     """`advance` for these laws and wall motions; only which laws there are counts,
     their numbers are read from tables. Also its mark, by which it is kept on disk."""
-    contact = assemble.extra_columns(laws)
-    bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
     body = assemble.body_laws(tuple(law for law in laws if law.kind == "body"))
     motion = assemble.motions(motion_laws)
     used = [law.function for law in (*laws, *motion_laws)] + [
         law.reach for law in laws if law.reach
     ]
-    mark = fingerprint(*used, [(law.kind, len(law.parameters)) for law in laws], ledger)
-    brake = any(law.kind == "rolling_spin" for law in laws)
-    of_body = {"HAS_BODY": True, "body_law": body} if body else {}
-    loop = kernel(
-        advance,
-        mark,
-        LEDGER=ledger,
-        block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, reach)),
-        gather_forces=inner(contacts.gather_forces),
-        correct=inner(bodies.correct, HAS_BRAKE=brake, **of_body),
-        predict=inner(bodies.predict, **_turning_parts(brake)),
-        place_walls=inner(
-            surfaces.place_walls, motion=motion or inner(surfaces.motion)
-        ),
-    )
-    return loop, mark
+    sizes = [(law.kind, len(law.parameters), len(law.memory)) for law in laws]
+    mark = fingerprint(*used, sizes, ledger)
+    bound = assemble.contact_laws(assemble.places(laws)) | {"LEDGER": ledger}
+    if body:
+        bound |= {"HAS_BODY": True, "body_law": body}
+    if motion:
+        bound["motion"] = motion
+    return kernel(advance, mark, **bound), mark

@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 from numba import njit
 
-from benchtwin.sim.engine import neighbours, surfaces
+from benchtwin.sim.engine import neighbours
 from benchtwin.sim.engine.bodies import X
-from benchtwin.sim.engine.compiled import ALLOCATING, fingerprint, inner, kernel
+from benchtwin.sim.engine.compiled import ALLOCATING, fingerprint, kernel
 from benchtwin.sim.engine.neighbours import Bodies, Grid
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Vector
@@ -25,14 +25,12 @@ MOST_BLOCKS = 16  # more make the windows overlap more: 32 cost 3 %, 64 10 %
 @cache
 def _kernels():
     mark = fingerprint("lists")
-    nearest = surfaces.nearest
-    extent = inner(neighbours.extent)
     stencil = njit(**ALLOCATING)(neighbours.stencil)
     return {
         "cells": kernel(neighbours.cells, mark, ALLOCATING),
         "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
         "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=stencil),
-        "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
+        "walls": kernel(neighbours.find_walls, mark),
         "carry": kernel(neighbours.carry, mark, ALLOCATING),
     }
 

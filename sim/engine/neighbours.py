@@ -11,7 +11,7 @@ from collections import namedtuple
 import numpy as np
 
 from benchtwin.sim.engine.bodies import BOUND, X
-from benchtwin.sim.engine.surfaces import PLANE, TRIANGLE
+from benchtwin.sim.engine.surfaces import PLANE, TRIANGLE, nearest
 
 MOST_CELLS_PER_BODY = 4
 
@@ -191,11 +191,6 @@ def find_walls(bodies, grid, skin, prim, prim_kind, moving, box, wall_i, wall_p)
     return count
 
 
-def nearest(kind, row, x, y, z):
-    """Stands for `surfaces.nearest`, which is bound in its place."""
-    return 0.0, 0.0, 1.0, 0.0, 0
-
-
 def extent(kind, row, k):
     """Least and largest coordinate k of a primitive (a cylinder's by its axis and
     radius, generously)."""
@@ -216,7 +211,7 @@ def carry(
     """Memory of the old list's touching pairs into the new one. Pairs stand by
     permanent numbers, old ones in a bucket each of their first; `directed`: of their
     lower. Seen from the other side, directions change sign (the impact speed, column 3,
-    does not)."""
+    and what laws along the normal keep, from column 7 on, do not)."""
     most = 0
     for k in range(len(old_first)):
         most = max(most, old_first[k], old_second[k])
@@ -247,5 +242,5 @@ def carry(
                 touch[k] = 1
                 for m in range(memory.shape[1]):
                     kept = old_memory[r, m]
-                    memory[k, m] = kept if same or m == 3 else -kept
+                    memory[k, m] = kept if same or m == 3 or m >= 7 else -kept
                 break

@@ -21,7 +21,8 @@ class Energy:
     World(ledger=True).
 
     elastic_normal, elastic_tangential: stored in the contact springs now. Since the
-    start of the run: damping (normal dashpots); friction (tangential springs, dashpots
+    start of the run: damping (normal dashpots, and what chosen springs took and hold no
+    more); friction (tangential springs, dashpots
     and sliding, less what the springs hold); rolling (resistance and its springs);
     adhesion (normal plug-in laws); body_laws (given to the seeds, like walls: work done
     by moving walls)."""
@@ -78,6 +79,8 @@ def energy(world: World, state: State) -> Energy:
     normal = float(sums[gathering.S_NORMAL])
     tangential = float(sums[gathering.S_TANGENTIAL])
     spent["friction"] -= tangential
+    if any(c.law.kind == "spring" for c in world.laws):
+        spent["damping"] -= normal
     return Energy(kinetic(state), potential, normal, tangential, **spent)
 
 

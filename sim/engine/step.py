@@ -27,7 +27,7 @@ from benchtwin.sim.engine.kernels import (
 from benchtwin.sim.engine.lists import relist
 from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.state import State
-from benchtwin.sim.engine.time_step import time_step
+from benchtwin.sim.engine.time_step import farthest_reach_m, time_step
 from benchtwin.sim.engine.world import Tables, World, tabulate_world
 from benchtwin.sim.laws import LAWS
 
@@ -62,20 +62,6 @@ def tables_of(world: World) -> Tables:
     return tabulate_world(world)
 
 
-def farthest_reach(world: World, radii: np.ndarray) -> float:
-    """How far apart [m] surfaces may be and still act on each other: for the largest
-    ball and the softest material."""
-    owners = (*(s.material for s in world.seeds), *(w.material for w in world.walls))
-    materials = {m.name: m for m in owners}.values()
-    softest = min(m.young_modulus_pa / (1 - m.poisson_ratio**2) / 2 for m in materials)
-    reaches = [
-        c.law.reach(float(radii.max()), softest, *c.numbers)
-        for c in world.active_laws
-        if c.law.reach is not None
-    ]
-    return max(reaches, default=0.0)
-
-
 def init(
     world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-3
 ) -> State:
@@ -83,7 +69,7 @@ def init(
 
     Seeds that overlap each other or a wall by more than `allowed_overlap` of a radius
     are refused; give more for seeds that are placed as a settled bed had them."""
-    tables = tables_of(world)
+    tables, dt = tables_of(world), time_step(world)
     kind, x, q, v, w = place(world, rng)
     _check_inside(world, x)
     n, shape = len(kind), tables.shape[kind]
@@ -98,10 +84,8 @@ def init(
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
     state = State(
         step=0,
-        dt=time_step(world),
-        skin=lists.choose_skin(
-            ball[:, 3], len(walls.kind), farthest_reach(world, ball[:, 3])
-        ),
+        dt=dt,
+        skin=lists.choose_skin(ball[:, 3], len(walls.kind), farthest_reach_m(world)),
         ids=np.arange(n),
         motion=motion,
         turn=q,

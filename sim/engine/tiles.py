@@ -8,8 +8,14 @@ not overlap and turns the lane loop into vector instructions, the laws in it inc
 
 import math
 
-from benchtwin.sim.engine import quadrature
-from benchtwin.sim.laws import hertz_mindlin
+from benchtwin.sim.engine.quadrature import edge_weight, speed_now
+from benchtwin.sim.laws.hertz_mindlin import (
+    damping_factor,
+    damping_force,
+    elastic_force,
+    normal_stiffness,
+    tangential_force,
+)
 
 LANES = 32
 # from row to row: no power of two, so that the rows spread over the sets of the
@@ -34,27 +40,27 @@ UX, UY, UZ = rows(22, 3)  # a wall's velocity at the contact
 SHARE = 25 * STRIDE
 MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(26, 6)  # the pair of materials
 # what the contact remembers: tangential displacement (3), impact speed (1), rolling
-# spring (3)
-MEMORY = 32 * STRIDE
+# spring (3), and what a chosen spring has taken [J]
+MEMORY, TAKEN = 32 * STRIDE, 39 * STRIDE
 # From the geometry.
-COMPUTED = 39  # rows from here to EXTRA hold nothing from one tile to the next
+COMPUTED = 40  # rows from here to EXTRA hold nothing from one tile to the next
 # unit normal from j to i, overlap, effective radius
-NX, NY, NZ, OVERLAP, RADIUS = rows(39, 5)
-AIX, AIY, AIZ, AJX, AJY, AJZ = rows(44, 6)  # arms from the body centres to the contact
+NX, NY, NZ, OVERLAP, RADIUS = rows(40, 5)
+AIX, AIY, AIZ, AJX, AJY, AJZ = rows(45, 6)  # arms from the body centres to the contact
 # velocity of i against j at the contact: against and across the normal
-CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(50, 4)
-EDGE = 54 * STRIDE  # see `quadrature.edge_weight`
+CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(51, 4)
+EDGE = 55 * STRIDE  # see `quadrature.edge_weight`
 # From the laws: force on i; for i and for j the torque, the most that the contact
 # brakes its own spin by, and the squared speed at the contact, which wakes a sleeper.
 FX, FY, FZ, TIX, TIY, TIZ, BRAKE_I, STIR_I, TJX, TJY, TJZ, BRAKE_J, STIR_J = rows(
-    55, 13
+    56, 13
 )
 # Accounts: stored energies [J] and, the normal laws' apart, only when the ledger is
 # kept, powers [W].
-ACCOUNTS = rows(68, 6)
+ACCOUNTS = rows(69, 6)
 E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA = ACCOUNTS
-EXTRA = 74 * STRIDE  # the chosen laws' parameters, a row each
-FIXED_ROWS = 74
+EXTRA = 75 * STRIDE  # the chosen laws' parameters, a row each
+FIXED_ROWS = 75
 
 # of the table of material pairs before the laws' parameters: MODULUS … E_IN
 COLUMNS = 6
@@ -108,12 +114,16 @@ def approach(P, count, dt, early):
         early[edges] = t
         edges += P[OVERLAP + t] < 2.0 * dt * abs(P[CLOSING + t])
     for n in range(edges):
-        t = early[n]
-        P[EDGE + t] = edge_weight(max(P[OVERLAP + t], 0.0), P[CLOSING + t], dt)
+        P[EDGE + early[n]] = weight(P, early[n], dt)
 
 
-# What `laws` below calls; `kernels.build` binds the chosen laws in their place. P and t
-# lead to a law's parameters.
+# What is called above and in `laws` below; `kernels.build` binds the chosen laws in
+# their place. P and t lead to a law's parameters.
+def weight(P, t, dt):
+    """Weight of the damping at a contact's edge: Hertz's."""
+    return edge_weight(max(P[OVERLAP + t], 0.0), P[CLOSING + t], dt)
+
+
 def restitution(impact_speed, e, P, t):
     """Stands for a chosen law of restitution: leaves `e` as it is."""
     return e
@@ -124,9 +134,18 @@ def friction(slip_speed, mu, P, t):
     return mu
 
 
-def normal_extra(overlap, closing_speed, radius, modulus, P, t):
+def normal(overlap, closing_speed, radius, modulus, P, t):
     """Stands for chosen laws of the normal force: adds none."""
     return 0.0
+
+
+def spring(gap, closing_speed, radius, modulus, e, damping, P, t):
+    """Elastic force [N], what the solids carry [N], stiffness [N/m] and damping γ of
+    Hertz's spring; stands for a chosen one, too."""
+    overlap = max(gap, 0.0)
+    stiffness = normal_stiffness(overlap, radius, modulus)
+    elastic = elastic_force(stiffness, overlap)
+    return elastic, elastic, stiffness, damping
 
 
 def rolling_spin(normal_force, spin_speed, arm, mu_r, P, t):
@@ -147,19 +166,15 @@ def rolling_spring(
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-edge_weight = quadrature.edge_weight
-speed_now = quadrature.speed_now
-damping_factor = hertz_mindlin.damping_factor
-normal_stiffness = hertz_mindlin.normal_stiffness
-normal_force = hertz_mindlin.normal_force
-tangential_force = hertz_mindlin.tangential_force
 HAS_RESTITUTION = False
 HAS_FRICTION = False
 HAS_NORMAL = False
-HAS_SPIN = False
-HAS_RELATIVE = False
-HAS_SPRING = False
+HAS_SPRING = False  # in the place of Hertz's
+HAS_ROLLING_SPIN = False
+HAS_ROLLING_RELATIVE = False
+HAS_ROLLING_SPRING = False
 LEDGER = False
+NEVER = -1e300  # energy taken, where the contact is new
 
 
 def laws(P, count, dt, pull, whole):
@@ -183,27 +198,32 @@ def laws(P, count, dt, pull, whole):
         mi, mj = P[MI + t], P[MJ + t]
         mass = mi * mj / (mi + mj) * P[SHARE + t]
 
-        damping = P[DAMPING + t]
+        damping, e = P[DAMPING + t], P[E_IN + t]
         if HAS_RESTITUTION:
             impact = P[MEMORY + 3 * STRIDE + t]
             if impact < 0.0:  # set so by the gathering when the contact is new
                 impact = max(closing, 0.0)
                 P[MEMORY + 3 * STRIDE + t] = impact
-            damping = damping_factor(restitution(impact, P[E_IN + t], P, t))
-        stiffness = normal_stiffness(overlap, radius, P[MODULUS + t])
-        damping = damping * P[EDGE + t]
-        elastic, damped = normal_force(
-            stiffness, overlap, speed_now(closing, stiffness, mass, dt), mass, damping
+            e = restitution(impact, e, P, t)
+            damping = damping_factor(e)
+        elastic, carried, stiffness, damping = spring(
+            gap, closing, radius, P[MODULUS + t], e, damping, P, t
         )
-        damped = max(damped, -elastic - pull)
+        damping = damping * P[EDGE + t]
+        damped = damping_force(
+            stiffness, speed_now(closing, stiffness, mass, dt), mass, damping
+        )
+        damped = max(damped, -carried - pull)
         # EDEM's F_n is the elastic part: its impulse is exactly m (1 + e) v, damping's
         # over a whole contact being 0.
-        carried = abs(elastic + whole * damped)
+        carried = abs(carried + whole * damped)
 
         mu = P[MU + t]
         if HAS_FRICTION:
             mu = friction(math.sqrt(vx * vx + vy * vy + vz * vz), mu, P, t)
         shear = 8.0 * P[SHEAR + t] * math.sqrt(radius * overlap)
+        if HAS_SPRING:  # Mindlin's share of any stiffness, which is 2 E* a
+            shear = 4.0 * P[SHEAR + t] / P[MODULUS + t] * stiffness
         tx, ty, tz, sx, sy, sz = tangential_force(
             P[MEMORY + t],
             P[MEMORY + STRIDE + t],
@@ -220,8 +240,8 @@ def laws(P, count, dt, pull, whole):
             damping,
             mu * carried,
         )
-        if HAS_NORMAL:  # a contact that only a film or neck holds keeps no spring
-            held = 1.0 if gap > 0.0 else 0.0
+        if HAS_NORMAL or HAS_SPRING:  # what only a film holds keeps no spring
+            held = 1.0 if stiffness > 0.0 else 0.0
             sx, sy, sz = sx * held, sy * held, sz * held
         P[MEMORY + t] = sx
         P[MEMORY + STRIDE + t] = sy
@@ -229,7 +249,7 @@ def laws(P, count, dt, pull, whole):
 
         extra = 0.0
         if HAS_NORMAL:
-            extra = normal_extra(gap, closing, radius, P[MODULUS + t], P, t)
+            extra = normal(gap, closing, radius, P[MODULUS + t], P, t)
         along = elastic + damped + extra
         fx = along * nx + tx
         fy = along * ny + ty
@@ -239,7 +259,7 @@ def laws(P, count, dt, pull, whole):
         rix, riy, riz, rjx, rjy, rjz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         # applied with the step, which knows where they end: see `bodies`
         brake_i, brake_j = 0.0, 0.0
-        if HAS_SPIN:
+        if HAS_ROLLING_SPIN:
             spin_i = math.sqrt(wix * wix + wiy * wiy + wiz * wiz)
             spin_j = math.sqrt(wjx * wjx + wjy * wjy + wjz * wjz)
             arm_i = math.sqrt(ax * ax + ay * ay + az * az)
@@ -249,18 +269,18 @@ def laws(P, count, dt, pull, whole):
         P[BRAKE_I + t], P[BRAKE_J + t] = brake_i, brake_j
         stir = closing * closing + vx * vx + vy * vy + vz * vz
         P[STIR_I + t], P[STIR_J + t] = stir, stir
-        if HAS_RELATIVE or HAS_SPRING:
+        if HAS_ROLLING_RELATIVE or HAS_ROLLING_SPRING:
             ox, oy, oz = wix - wjx, wiy - wjy, wiz - wjz
             twist = ox * nx + oy * ny + oz * nz
             ox, oy, oz = ox - twist * nx, oy - twist * ny, oz - twist * nz
-            if HAS_RELATIVE:
+            if HAS_ROLLING_RELATIVE:
                 speed = math.sqrt(ox * ox + oy * oy + oz * oz)
                 brake = rolling_relative(
                     carried, speed, radius, P[MU_R + t], P, t
                 ) / max(speed, 1e-300)
                 rix, riy, riz = rix - brake * ox, riy - brake * oy, riz - brake * oz
                 rjx, rjy, rjz = rjx + brake * ox, rjy + brake * oy, rjz + brake * oz
-            if HAS_SPRING:
+            if HAS_ROLLING_SPRING:
                 ri, rj = P[RI + t], P[RJ + t]
                 # A ball's own moment about the contact, 7/5 m r² (exact for spheres),
                 # both in series; a wall's is endless.
@@ -295,11 +315,17 @@ def laws(P, count, dt, pull, whole):
         P[TJZ + t] = by * fx - bx * fy + rjz
 
         P[E_NORMAL + t] = (4.0 / 15.0) * stiffness * overlap * overlap
+        if HAS_SPRING:  # nobody knows what it stores: what it took by now counts
+            work, taken = dt * elastic * closing, P[TAKEN + t]
+            taken = taken + work if taken > NEVER else 0.5 * (elastic * overlap + work)
+            P[TAKEN + t], P[E_NORMAL + t] = taken, taken - 0.5 * work
         P[E_TANGENTIAL + t] = 0.5 * shear * (sx * sx + sy * sy + sz * sz)
         if HAS_NORMAL or LEDGER:
             P[P_EXTRA + t] = extra * closing
         if LEDGER:
             P[P_NORMAL + t] = damped * closing
+            if HAS_SPRING:
+                P[P_NORMAL + t] += elastic * closing
             P[P_TANGENTIAL + t] = -(tx * vx + ty * vy + tz * vz)
             P[P_ROLLING + t] = -(
                 rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz

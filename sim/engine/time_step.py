@@ -8,7 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from benchtwin.sim.engine.world import World
+from benchtwin.sim.engine.world import World, restitution_between
+from benchtwin.sim.laws.hertz_mindlin import normal_stiffness
 from benchtwin.sim.laws.law import Chosen
 from benchtwin.sim.material import effective_moduli
 
@@ -17,24 +18,35 @@ from benchtwin.sim.material import effective_moduli
 USUAL, OF_CONTACT, OF_DAMPER = 0.2, 1 / 50, 1 / 10
 RAYLEIGH = "the Rayleigh time"
 SHARES = np.linspace(0.0, 1.0, 65)[1:]  # of the greatest overlap
+BACK = 1 - 1e-6  # of an overlap, by which a slope is taken
+MOST_STEPS = 1e9  # a second, hours of computing for one seed
 SPEED, SPIN = 1.0, 100.0  # m/s, rad/s: at which damping is looked at
+IMPACTS = (0.01, 0.1, 1.0, 10.0)  # m/s: at which restitution is
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """Balls of two materials, or of one and a wall: radius R* [m], modulus E* [Pa],
-    mass m* [kg], and the greatest overlap that a run allows [m]."""
+    """Balls of two materials, or of one and a wall: radius R* [m], modulus E* [Pa] and
+    least restitution; mass m* [kg], and the greatest overlap that a run allows [m]."""
 
-    radius_m: float
-    modulus_pa: float
+    of_pair: tuple[float, float, float]
     mass_kg: float
     overlap_m: float
 
 
 def time_step(world: World) -> float:
-    """The step of a run [s]: as given, or the shortest that its balls and laws ask
-    for."""
-    return world.time_step_s or min(longest_steps(world).values())
+    """The step of a run [s]: as given, or the shortest that its balls and laws ask for;
+    ValueError for one that would need more than MOST_STEPS a second."""
+    if world.time_step_s is not None:
+        return world.time_step_s
+    steps = longest_steps(world)
+    stiffest = min(steps, key=lambda name: steps[name])
+    if steps[stiffest] * MOST_STEPS < 1.0:
+        raise ValueError(
+            f"time step: {stiffest} asks for {steps[stiffest]:.2g} s,"
+            f" {1 / steps[stiffest]:.2g} for a second: choose what is softer"
+        )
+    return steps[stiffest]
 
 
 def longest_steps(world: World) -> dict[str, float]:
@@ -48,11 +60,22 @@ def longest_steps(world: World) -> dict[str, float]:
     share = world.rayleigh_fraction
     steps = {RAYLEIGH: share * min(balls)}
     for chosen in world.laws:
-        rates = {"normal": _normal_rates, "body": _body_rates}.get(chosen.law.kind)
+        rates = _RATES.get(chosen.law.kind)
         if rates is not None:
             fastest = max(rates(world, chosen), default=0.0)
             steps[f"law {chosen.law.name!r}"] = share / USUAL / max(fastest, 1e-300)
     return steps
+
+
+def farthest_reach_m(world: World) -> float:
+    """How far apart surfaces may be and still act on each other."""
+    reaches = [
+        chosen.law.reach(*at.of_pair[:2], *chosen.numbers)
+        for chosen in world.laws
+        if chosen.law.reach
+        for at in _meetings(world, chosen, largest=True)
+    ]
+    return max(reaches, default=0.0)
 
 
 def held_j(world: World) -> float:
@@ -83,26 +106,29 @@ def _meetings(
         for group in world.seeds
     }
     for (a, (r, m)), b in product(seeds.items(), world.materials):
-        if chosen.between is None or set(chosen.between) == {a, b}:
+        if chosen.acts_between(a, b):
             other, mass = seeds.get(b, (math.inf, math.inf))
             modulus, _ = effective_moduli(world.materials[a], world.materials[b])
             radius, reduced = 1 / (1 / r + 1 / other), 1 / (1 / m + 1 / mass)
-            yield Meeting(radius, modulus, reduced, world.most_overlap * r)
+            e = min(restitution_between(world, a, b, speed) for speed in IMPACTS)
+            yield Meeting((radius, modulus, e), reduced, world.most_overlap * r)
 
 
 def _normal_rates(world: World, chosen: Chosen) -> Iterator[float]:
-    """1/s: of the contact time of what it pushes with, and of what it damps."""
-    f, numbers = chosen.law.function, chosen.numbers
+    """1/s: of the contact time by the slope of its force, loading and unloading, and of
+    what it damps. Where a spring is no stiffer than Hertz's, the Rayleigh time does."""
     for at in _meetings(world, chosen):
+        hertz = at.of_pair[:2] if chosen.law.kind == "spring" else (0.0, 0.0)
         for overlap in SHARES * at.overlap_m:
-            rest, closing, parting = (
-                f(float(overlap), v, at.radius_m, at.modulus_pa, *numbers)
-                for v in (0.0, SPEED, -SPEED)
-            )
-            stiffness = max(rest, 0.0) / overlap
-            yield math.sqrt(stiffness / at.mass_kg) / math.pi / OF_CONTACT
-            damper = max(abs(closing - rest), abs(parting - rest)) / SPEED
-            yield damper / at.mass_kg / OF_DAMPER
+            (rest, *_), memory = chosen.along_normal(overlap, 0.0, at.of_pair)
+            for before in (None, memory):
+                back, _ = chosen.along_normal(BACK * overlap, 0.0, at.of_pair, before)
+                stiffness = (rest - back[0]) / (overlap - BACK * overlap)
+                if stiffness > 1.01 * normal_stiffness(overlap, *hertz):
+                    yield math.sqrt(stiffness / at.mass_kg) / math.pi / OF_CONTACT
+            for speed in (SPEED, -SPEED):
+                moving, _ = chosen.along_normal(overlap, speed, at.of_pair)
+                yield abs(moving[0] - rest) / SPEED / at.mass_kg / OF_DAMPER
 
 
 def _body_rates(world: World, chosen: Chosen) -> Iterator[float]:
@@ -121,13 +147,15 @@ def _body_rates(world: World, chosen: Chosen) -> Iterator[float]:
             yield float(change.max() / scale[k] / inert[k] / OF_DAMPER)
 
 
+_RATES = {"normal": _normal_rates, "spring": _normal_rates, "body": _body_rates}
+
+
 def _attraction_j(chosen: Chosen, at: Meeting) -> float:
-    law, numbers = chosen.law, chosen.numbers
-    reach = law.reach or (lambda radius, modulus, *numbers: 0.0)
-    low = -reach(at.radius_m, at.modulus_pa, *numbers)
-    overlap = np.linspace(low, at.overlap_m, 257)
+    """What it gives to surfaces that part after the greatest overlap, taken back."""
+    reach = chosen.law.reach or (lambda radius, modulus, *numbers: 0.0)
+    overlap = np.linspace(-reach(*at.of_pair[:2], *chosen.numbers), at.overlap_m, 257)
+    _, memory = chosen.along_normal(at.overlap_m, 0.0, at.of_pair)
     force = [
-        law.function(float(o), 0.0, at.radius_m, at.modulus_pa, *numbers)
-        for o in overlap
+        chosen.along_normal(float(o), 0.0, at.of_pair, memory)[0][0] for o in overlap
     ]
     return float(np.trapezoid(np.maximum(-np.array(force), 0.0), overlap))

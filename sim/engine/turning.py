@@ -33,7 +33,9 @@ RXX, RXY, RXZ, RYX, RYY, RYZ, RZX, RZY, RZZ = rows(COMPUTED + 16, 9)
 BRAKE, LOST = rows(COMPUTED + 25, 2)
 
 THIRD = 1.0 / 3.0
-HAS_BRAKE = False  # whether a law brakes bodies' own spin; `kernels.build` says so
+HAS_ROLLING_SPIN = (
+    False  # whether a law brakes bodies' own spin; `kernels.build` says so
+)
 
 
 @njit(**INNER)
@@ -104,7 +106,7 @@ def turn_round(P, count, dt):
     is the whole motion."""
     for t in range(count):
         j = P[J1 + t]
-        if HAS_BRAKE:
+        if HAS_ROLLING_SPIN:
             most = P[BRAKE + t]
             lx, ly, lz, lost = braked(P[LX + t], P[LY + t], P[LZ + t], j, j, j, most)
             P[LX + t], P[LY + t], P[LZ + t], P[LOST + t] = lx, ly, lz, lost
@@ -142,7 +144,7 @@ def turn_free(P, count, dt):
         p1 = a * lx + d * ly + g * lz
         p2 = b * lx + e * ly + h * lz
         p3 = c * lx + f * ly + i * lz
-        if HAS_BRAKE:
+        if HAS_ROLLING_SPIN:
             p1, p2, p3, lost = braked(p1, p2, p3, j1, j2, j3, P[BRAKE + t])
             lx = a * p1 + b * p2 + c * p3
             ly = d * p1 + e * p2 + f * p3
@@ -192,7 +194,7 @@ def turn_free(P, count, dt):
         p1 = a * lx + d * ly + g * lz
         p2 = b * lx + e * ly + h * lz
         p3 = c * lx + f * ly + i * lz
-        if HAS_BRAKE:
+        if HAS_ROLLING_SPIN:
             p1, p2, p3, _ = braked(p1, p2, p3, j1, j2, j3, P[BRAKE + t])
         p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
         P[WX + t] = a * p1 + b * p2 + c * p3

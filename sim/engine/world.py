@@ -3,6 +3,7 @@ description; `step.init` makes a state of it."""
 
 import math
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from benchtwin.sim.engine.tiles import COLUMNS
 from benchtwin.sim.engine.walls import Wall, WallTables, tabulate
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.laws.hertz_mindlin import damping_factor
-from benchtwin.sim.laws.law import CONTACT_KINDS, Chosen
+from benchtwin.sim.laws.law import ALONE, CONTACT_KINDS, Chosen
 from benchtwin.sim.material import Contact, Material, effective_moduli, within
 
 Vector = tuple[float, float, float]
@@ -62,7 +63,7 @@ class World:
     contact. True lets e come out as entered; False clips it at zero and e comes out
     larger (.5 → .55; see `sim.laws.hertz_mindlin.damping_factor`).
     share_damping: whether balls of one seed on the same wall or seed share the damping
-    (`contacts.shares_of_pairs`). True makes e independent of the number of balls that
+    (`contacts.shares`). True makes e independent of the number of balls that
     touch; False is EDEM's way, each ball damping with the whole masses. cap_damped:
     whether the caps of friction and rolling take the whole normal force, damping
     included (LAMMPS's way), instead of its elastic part (EDEM's). sleep: seeds that lie
@@ -135,6 +136,15 @@ class World:
                     raise ValueError(
                         f"law {chosen.law.name!r}: no seed or wall is made of {name!r},"
                         " named in `between`"
+                    )
+        for a, b in combinations_with_replacement(materials, 2):
+            here = [c.law for c in self.active_laws if c.acts_between(a, b)]
+            for kind in ALONE:
+                names = [repr(law.name) for law in here if law.kind == kind]
+                if len(names) > 1:
+                    raise ValueError(
+                        f"laws: {len(names)} of kind {kind} between {a} and {b},"
+                        f" {' and '.join(names)}: choose one"
                     )
 
     @property
@@ -210,11 +220,18 @@ def contact_between(world: World, a: str, b: str) -> Contact:
     return found[0]
 
 
+def restitution_between(world: World, a: str, b: str, speed: float) -> float:
+    """Restitution of two materials at an impact's speed [m/s], by the chosen laws."""
+    e = contact_between(world, a, b).restitution
+    for chosen in world.laws:
+        if chosen.law.kind == "restitution" and chosen.acts_between(a, b):
+            e = chosen.law.function(speed, e, *chosen.numbers)
+    return e
+
+
 def _pair_table(world: World, names: tuple[str, ...]) -> np.ndarray:
     laws = [c for c in world.active_laws if c.law.kind in CONTACT_KINDS]
-    columns = [
-        column for _, column in assemble.extra_columns(tuple(c.law for c in laws))
-    ]
+    columns = [at.column for at in assemble.places(tuple(c.law for c in laws))]
     placed = list(zip(laws, columns, strict=True))
     width = COLUMNS + sum(1 + len(c.numbers) for c in laws)
     table = np.zeros((len(names) ** 2, width))
@@ -226,8 +243,7 @@ def _pair_table(world: World, names: tuple[str, ...]) -> np.ndarray:
             row = table[i * len(names) + j]
             row[:COLUMNS] = _pair_numbers(world, a, b)
             for chosen, column in placed:
-                on = chosen.between is None or set(chosen.between) == {a, b}
-                row[COLUMNS + column] = float(on)
+                row[COLUMNS + column] = float(chosen.acts_between(a, b))
                 row[
                     COLUMNS + column + 1 : COLUMNS + column + 1 + len(chosen.numbers)
                 ] = chosen.numbers

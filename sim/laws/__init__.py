@@ -18,6 +18,9 @@ fixed arguments first, in this order, and then its own parameters by position:
                       → coefficient of friction at that slip
     normal            (overlap [m], closing_speed [m/s], radius [m], modulus [Pa], …)
                       → force to ADD along the normal [N], > 0 pushes apart
+    spring            (overlap [m], closing_speed [m/s], radius [m], modulus [Pa], e, …)
+                      → in the PLACE of Hertz's: force [N], what the solids carry [N]
+                      (≥ 0), stiffness S [N/m], damping γ [-] of a dashpot γ √(S m*)
     rolling_spin      (normal_force [N], spin_speed [rad/s], arm [m], mu_r, …)
                       → torque magnitude against a body's own spin [N m]
     rolling_relative  (normal_force [N], rolling_speed [rad/s], radius [m], mu_r, …)
@@ -34,11 +37,14 @@ fixed arguments first, in this order, and then its own parameters by position:
   to the contact; `diameter` that of the sphere of the seed's volume.
 - `impact_speed` is the closing speed at the moment of first touch, kept with the
   contact until it ends. `closing_speed` > 0 while approaching.
-- normal: `overlap` is negative while the surfaces are apart. A law without `reach` is
-  called while they overlap. One with `reach(radius, modulus, …)` → [m] is called, for a
-  pair that has touched, until −overlap exceeds the reach (a film or neck that then
-  breaks). This force does not enter the Coulomb cap, which is μ × the Hertz force
-  (EDEM's F_n): what the solids carry.
+- normal, spring: `overlap` is negative while the surfaces are apart. A law without
+  `reach` is called while they overlap. One with `reach(radius, modulus, …)` → [m] is
+  called, for a pair that has touched, until −overlap exceeds the reach (a film or neck
+  that then breaks). `Law(memory=…)` names what a contact remembers: numbers that are 0
+  when it begins, arguments after the fixed ones, and come back after the results. What
+  a spring says that the solids carry is capped by Coulomb's μ and rolled on; a normal
+  force is not in it (of Hertz's spring it is EDEM's F_n). The tangential spring is
+  Mindlin's share of a spring's stiffness, 4 (G*/E*) S.
 - rolling_relative: rolling is the part of ω_i − ω_j across the normal (twist excluded);
   equal and opposite on the two bodies. rolling_spin: along each body's own −ω, as
   EDEM's standard model has it (not equal and opposite), and holding at ω = 0.
@@ -46,12 +52,12 @@ fixed arguments first, in this order, and then its own parameters by position:
   into pose and velocity.
 
 Combining: normal, rolling_relative, rolling_spin and body laws add up; restitution and
-friction laws follow one another, the second taking the first's result for e or mu; at
-most one rolling_spring. A contact's `rolling_convention` brings rolling_edem,
-rolling_type_a, rolling_type_c or rolling_sds with it; a rolling law chosen besides adds
-to that (or replaces its namesake). A contact law may be limited to a pair of materials:
-`LAW.use(between=("soybean", "steel"), …)`. A law that is not chosen is not compiled: it
-costs nothing.
+friction laws follow one another, the second taking the first's result for e or mu;
+between two materials there is at most one spring and one rolling_spring. A contact's
+`rolling_convention` brings rolling_edem, rolling_type_a, rolling_type_c or rolling_sds
+with it; a rolling law chosen besides adds to that (or replaces its namesake). A contact
+law may be limited to a pair of materials: `LAW.use(between=("soybean", "steel"), …)`. A
+law that is not chosen is not compiled: it costs nothing.
 
 `LAWS` holds the LAW of every module here, by name. A law from elsewhere needs no
 entry: make a `Law` and choose it with `.use(…)`."""

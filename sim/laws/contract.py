@@ -23,6 +23,13 @@ FIXED: dict[str, dict[str, Range]] = {
         "radius": RADIUS,
         "modulus": MODULUS,
     },
+    "spring": {
+        "overlap": (-1e-4, 1e-3),
+        "closing_speed": EITHER_SPEED,
+        "radius": RADIUS,
+        "modulus": MODULUS,
+        "e": (0.05, 1.0),
+    },
     "rolling_spin": ROLLING,
     "rolling_relative": ROLLING,
     "rolling_spring": {
@@ -42,7 +49,8 @@ FIXED: dict[str, dict[str, Range]] = {
     "motion": {"t": (0.0, 100.0)},
 }
 OF_REACH = {"radius": RADIUS, "modulus": MODULUS}
-RETURNED = {"rolling_spring": 6, "body": 6, "motion": 2}  # numbers; else one
+# numbers, besides a memory's; else one
+RETURNED = {"spring": 4, "rolling_spring": 6, "body": 6, "motion": 2}
 RESULTS: dict[str, Range] = {  # kind → what its one number lies between
     "restitution": (0.0, 1.0),
     "friction": (0.0, math.inf),
@@ -54,10 +62,12 @@ KINDS_OF_ARGUMENT = (
 )
 
 
-def broken(kind: str, function: Callable, own: dict[str, Range]) -> str:
+def broken(
+    kind: str, function: Callable, own: dict[str, Range], remembered: int = 0
+) -> str:
     """Why a function cannot be a law of a kind (or the "reach" of one), with ranges of
-    its own arguments, in words; "": it can."""
-    fixed, returned = FIXED.get(kind, OF_REACH), RETURNED.get(kind, 1)
+    its own arguments, of which the first are `remembered`, in words; "": it can."""
+    fixed, returned = FIXED.get(kind, OF_REACH), RETURNED.get(kind, 1) + remembered
     low, high = RESULTS.get(kind, (-math.inf, math.inf))
     ranges = [*fixed.values(), *own.values()]
     return (

@@ -1,4 +1,5 @@
-"""Hertz–Mindlin contact without slip, EDEM convention: the force law of every contact.
+"""Hertz–Mindlin contact without slip, EDEM convention: the force law of every contact
+for which no other spring is chosen.
 
 Not a plug-in: the other laws act on what these functions return. Pure scalar functions
 as described in `sim.laws`.
@@ -44,21 +45,27 @@ def normal_stiffness(overlap, radius, modulus):
     return 2.0 * modulus * math.sqrt(radius * overlap)
 
 
-def normal_force(stiffness, overlap, closing_speed, mass, damping):
-    """(elastic, damping) forces [N]: (4/3) E* √R* δ^1.5 = (2/3) S_n δ, and γ √(S_n m*)
-    times the closing speed (sources 1, 2).
+def elastic_force(stiffness, overlap):
+    """(4/3) E* √R* δ^1.5 = (2/3) S_n δ [N]; stiffness S_n [N/m], overlap δ ≥ 0 [m]
+    (source 1).
 
-    stiffness S_n [N/m], overlap δ ≥ 0 [m], closing_speed [m/s] > 0 while approaching,
-    mass m* [kg], damping γ [-]. The damping is negative while the bodies part, and the
-    sum may then be attractive.
-
-    >>> elastic, damped = normal_force(3e5, 1e-6, 0.0, 1e-3, 0.4)
-    >>> round(elastic, 9), damped
-    (0.2, 0.0)
+    >>> round(elastic_force(3e5, 1e-6), 9)
+    0.2
     """
-    return (2.0 / 3.0) * stiffness * overlap, damping * math.sqrt(
-        stiffness * mass
-    ) * closing_speed
+    return (2.0 / 3.0) * stiffness * overlap
+
+
+def damping_force(stiffness, closing_speed, mass, damping):
+    """γ √(S_n m*) v [N] (source 2), with the elastic force > 0 apart.
+
+    stiffness S_n [N/m], closing_speed v [m/s] > 0 while approaching, mass m* [kg],
+    damping γ [-]. Negative while the bodies part; the sum with the elastic force may
+    then be attractive.
+
+    >>> round(damping_force(1e5, 0.2, 1e-3, 0.4), 9)
+    0.8
+    """
+    return damping * math.sqrt(stiffness * mass) * closing_speed
 
 
 def tangential_force(

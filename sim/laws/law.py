@@ -5,10 +5,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from benchtwin.sim.laws.contract import FIXED, broken
+from benchtwin.sim.laws.contract import FIXED, RETURNED, broken
 
 KINDS = tuple(FIXED)
 CONTACT_KINDS = tuple(kind for kind in KINDS if kind not in ("body", "motion"))
+NORMAL_KINDS = ("normal", "spring")  # along the normal
+ALONE = ("spring", "rolling_spring")  # one between two materials
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,10 @@ class Law:
     """A force law: a pure scalar function, its kind (see `sim.laws`) and the parameters
     that follow the fixed arguments.
 
-    `reach` belongs to kind "normal" only: how far apart [m] two surfaces that have
-    touched still act on each other."""
+    Of laws along the normal only: `reach`, how far apart [m] two surfaces that have
+    touched still act on each other; `memory`, what a contact remembers from step to
+    step (0 when it begins): arguments between the fixed ones and the parameters, and
+    results after the others."""
 
     name: str
     kind: str
@@ -47,19 +51,21 @@ class Law:
     parameters: tuple[Parameter, ...] = ()
     reach: Callable | None = None
     source: str = ""
+    memory: tuple[Parameter, ...] = ()
 
     def __post_init__(self):
         if self.kind not in KINDS:
             raise ValueError(
                 f"law {self.name!r}: kind {self.kind!r} is none of {', '.join(KINDS)}"
             )
-        if self.reach is not None and self.kind != "normal":
+        if (self.reach or self.memory) and self.kind not in NORMAL_KINDS:
             raise ValueError(
-                f"law {self.name!r}: only a law of kind 'normal' has a reach, not"
-                f" {self.kind!r}"
+                f"law {self.name!r}: only laws of kind 'normal' and 'spring' have a"
+                f" reach or a memory, not {self.kind!r}"
             )
         own = {p.name: (p.low, p.high) for p in self.parameters}
-        why = broken(self.kind, self.function, own)
+        kept = {p.name: (p.low, p.high) for p in self.memory}
+        why = broken(self.kind, self.function, kept | own, len(kept))
         if not why and self.reach is not None:
             why = broken("reach", self.reach, own)
         if why:
@@ -102,6 +108,29 @@ class Chosen:
             "numbers",
             tuple(_checked(self.law, p, given) for p in self.law.parameters),
         )
+
+    def acts_between(self, one: str, other: str) -> bool:
+        """Whether it acts between these materials."""
+        return self.between is None or set(self.between) == {one, other}
+
+    def along_normal(
+        self,
+        overlap: float,
+        speed: float,
+        of_pair: tuple[float, float, float],
+        memory: tuple[float, ...] | None = None,
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """What a law along the normal gives for a pair of R* [m], E* [Pa] and e, the
+        force [N] first; and what the contact remembers then."""
+        law, before = self.law, memory or (0.0,) * len(self.law.memory)
+        given = RETURNED.get(law.kind, 1)
+        reach = law.reach(*of_pair[:2], *self.numbers) if law.reach else 0.0
+        if -overlap > reach:
+            return (0.0,) * given, before
+        fixed = (overlap, speed, *of_pair)[: len(FIXED[law.kind])]
+        told = law.function(*fixed, *before, *self.numbers)
+        told = told if isinstance(told, tuple) else (told,)
+        return told[:given], told[given:]
 
 
 def _checked(law: Law, parameter: Parameter, given: dict[str, float]) -> float:

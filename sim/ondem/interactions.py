@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchtwin.sim.engine.gathering import OWN_FIRST
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import tables_of
 from benchtwin.sim.engine.surfaces import nearest
-from benchtwin.sim.engine.world import Tables, World
+from benchtwin.sim.engine.world import Tables, World, restitution_between
+from benchtwin.sim.laws.law import NORMAL_KINDS
 
 PAIR_MODULUS, PAIR_SHEAR = 0, 1  # columns of `Tables.pairs`: E*, G* [Pa]
+IMPACT = 3  # column of what a contact remembers: the impact's speed [m/s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,9 @@ def interactions(world: World, state: State) -> Interactions:
     numbers = tables.pairs[of_first * len(kinds) + of_second]
     root = np.sqrt(radii * np.maximum(gaps, 0.0))
     pressing = 4.0 / 3.0 * numbers[:, PAIR_MODULUS] * root * np.maximum(gaps, 0.0)
-    pressing += _adhesion(world, of_first, of_second, gaps, radii, numbers)
+    shear = 8.0 * numbers[:, PAIR_SHEAR] * root
+    between = of_first, of_second
+    _by_laws(world, between, gaps, radii, numbers, memory, pressing, shear)
     to_first = state.ball[first, 3] - 0.5 * gaps
     return Interactions(
         first=first,
@@ -69,7 +74,7 @@ def interactions(world: World, state: State) -> Interactions:
         normals=normals,
         overlaps_m=gaps,
         pressing_n=pressing,
-        shear_n=-(8.0 * numbers[:, PAIR_SHEAR] * root)[:, None] * memory[:, :3],
+        shear_n=-shear[:, None] * memory[:, :3],
         memory=memory,
     )
 
@@ -94,21 +99,34 @@ def _on_walls(
     return told[:, :3], radii - told[:, 3], radii
 
 
-def _adhesion(
+def _by_laws(
     world: World,
-    first: np.ndarray,
-    second: np.ndarray,
+    between: tuple[np.ndarray, np.ndarray],
     gaps: np.ndarray,
     radii: np.ndarray,
     numbers: np.ndarray,
-) -> np.ndarray:
-    """What chosen laws of the normal force add at rest (k,) [N]."""
-    names, total = list(world.materials), np.zeros(len(gaps))
-    for chosen in (c for c in world.active_laws if c.law.kind == "normal"):
-        for k, (a, b) in enumerate(zip(first, second, strict=True)):
-            if chosen.between is None or set(chosen.between) == {names[a], names[b]}:
-                modulus = numbers[k, PAIR_MODULUS]
-                total[k] += chosen.law.function(
-                    gaps[k], 0.0, radii[k], modulus, *chosen.numbers
-                )
-    return total
+    memory: np.ndarray,
+    pressing: np.ndarray,
+    shear: np.ndarray,
+) -> None:
+    """Put what chosen laws along the normal give at rest into `pressing` [N], and a
+    spring's stiffness into `shear` [N/m] (k,)."""
+    names, at = list(world.materials), OWN_FIRST
+    added = np.zeros(len(gaps))
+    for chosen in (c for c in world.active_laws if c.law.kind in NORMAL_KINDS):
+        kept = slice(at, at + len(chosen.law.memory))
+        at = kept.stop
+        for k, (a, b) in enumerate(zip(*between, strict=True)):
+            one, other = names[a], names[b]
+            if chosen.acts_between(one, other):
+                modulus, shear_modulus = numbers[k, [PAIR_MODULUS, PAIR_SHEAR]]
+                impact = memory[k, IMPACT] if memory.shape[1] > IMPACT else 0.0
+                e = restitution_between(world, one, other, impact)
+                of_pair, before = (radii[k], modulus, e), tuple(memory[k, kept])
+                told, _ = chosen.along_normal(gaps[k], 0.0, of_pair, before)
+                if chosen.law.kind == "spring":
+                    pressing[k] = told[0]
+                    shear[k] = 4.0 * shear_modulus / modulus * told[2]
+                else:
+                    added[k] += told[0]
+    pressing += added

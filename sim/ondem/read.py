@@ -112,9 +112,10 @@ def _places(first: np.ndarray, second: np.ndarray) -> dict[tuple[int, int], int]
 
 def _from_behind(memory: np.ndarray) -> np.ndarray:
     """What the other of the two remembers: displacements change their sign with the
-    side, an impact's speed does not."""
-    out = -memory
-    out[3:4] = memory[3:4]
+    side, an impact's speed and what laws along the normal keep do not."""
+    out = memory.copy()
+    out[:3] *= -1
+    out[4:7] *= -1
     return out
 
 

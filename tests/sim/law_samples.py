@@ -15,9 +15,9 @@ FIXED = {kind: [*ranges.values()] for kind, ranges in contract.FIXED.items()}
 CORE = {
     hertz_mindlin.damping_factor: [(0.0, 1.0)],
     hertz_mindlin.normal_stiffness: [(0.0, 1e-3), RADIUS, MODULUS],
-    hertz_mindlin.normal_force: [
+    hertz_mindlin.elastic_force: [(0.0, 1e9), (0.0, 1e-3)],
+    hertz_mindlin.damping_force: [
         (0.0, 1e9),
-        (0.0, 1e-3),
         EITHER_SPEED,
         (1e-9, 10.0),
         (0.0, 1.83),
@@ -41,7 +41,8 @@ def functions() -> list[tuple[str, object, list[tuple[float, float]]]]:
     rows = [(f.__name__, f, ranges) for f, ranges in CORE.items()]
     for law in LAWS.values():
         own = [(p.low, p.high) for p in law.parameters]
-        rows.append((law.name, law.function, FIXED[law.kind] + own))
+        kept = [(p.low, p.high) for p in law.memory]
+        rows.append((law.name, law.function, FIXED[law.kind] + kept + own))
         if law.reach is not None:
             rows.append((f"{law.name}.reach", law.reach, [RADIUS, MODULUS, *own]))
     return rows

@@ -12,7 +12,7 @@ from law_samples import FIXED, arity, functions, samples
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from benchtwin.sim.laws import KINDS, LAWS
+from benchtwin.sim.laws import KINDS, LAWS, hertz_mindlin
 
 G = 9.81
 NAMES = {name: function for name, function, _ in functions()}
@@ -33,7 +33,8 @@ def test_registry_and_signature(law):
         and law.function.__name__ == law.name
     )
     names = list(inspect.signature(law.function).parameters)
-    assert names[len(FIXED[law.kind]) :] == [p.name for p in law.parameters]
+    own = [p.name for p in (*law.memory, *law.parameters)]
+    assert names[len(FIXED[law.kind]) :] == own
     if law.reach is not None:
         assert list(inspect.signature(law.reach).parameters) == [
             "radius",
@@ -128,7 +129,12 @@ def test_a_law_switched_to_nothing_changes_nothing():
     assert LAWS["friction_power"].function(*one, 0.0, 1.0, 3.0) == 0.5
     assert LAWS["rolling_power"].function(2.0, 50.0, 3e-3, 0.01, 0.0, 1.0, 3.0) == 0.0
     assert not any(LAWS["push_power"].function(1, 0, 2, 0, 0, 0, 0.007, 0.0, 1.0, 3.0))
-    assert LAWS["cohesion_jkr"].function(1e-5, 0.0, 3e-3, 1e8, 0.0) == 0.0
+    assert LAWS["cohesion_dmt"].function(1e-5, 0.0, 3e-3, 1e8, 0.0) == 0.0
+    stuck = LAWS["spring_jkr"].function(1e-5, 0.0, 3e-3, 1e8, 0.5, 0.0)
+    stiffness = hertz_mindlin.normal_stiffness(1e-5, 3e-3, 1e8)
+    force = hertz_mindlin.elastic_force(stiffness, 1e-5)
+    damping = hertz_mindlin.damping_factor(0.5)
+    assert stuck == pytest.approx((force, force, stiffness, damping), rel=1e-12)
     assert LAWS["cohesion_linear"].function(1e-5, 0.0, 3e-3, 1e8, 0.0) == 0.0
 
 
@@ -287,13 +293,16 @@ def hertz(overlap, radius, modulus):
 
 
 def leave_through(law, numbers, speed, mass, radius=3e-3, modulus=1e8):
-    """Speed after an elastic impact at `speed` under a normal law that acts, once
-    touched, as far as it reaches; 0 if held."""
+    """Speed after an elastic impact at `speed` under a law along the normal that acts,
+    once touched, as far as it reaches; 0 if held."""
     reach = law.reach(radius, modulus, *numbers)
+    names = [p.name for p in law.parameters]
+    chosen = law.use(**dict(zip(names, numbers, strict=True)))
 
     def motion(_, y):
-        extra = law.function(y[0], -y[1], radius, modulus, *numbers)
-        return [y[1], -(hertz(y[0], radius, modulus) + extra) / mass]
+        (force, *_), _ = chosen.along_normal(y[0], -y[1], (radius, modulus, 1.0))
+        beside = hertz(y[0], radius, modulus) if law.kind == "normal" else 0.0
+        return [y[1], -(beside + force) / mass]
 
     def gone(_, y):
         return y[0] + reach * (1 - 1e-9)
@@ -354,10 +363,10 @@ def test_a_liquid_bridge_pulls_as_its_closed_form_and_takes_its_work():
 
 
 def test_jkr_agrees_with_its_parametric_form_and_its_landmarks():
-    law, r, e, w = LAWS["cohesion_jkr"], 3e-3, 5e6, 0.2
+    law, r, e, w = LAWS["spring_jkr"], 3e-3, 5e6, 0.2
 
     def whole(overlap):
-        return law.function(overlap, 0.0, r, e, w) + hertz(overlap, r, e)
+        return law.function(overlap, 0.0, r, e, 1.0, w)[0]
 
     reach, strongest = law.reach(r, e, w), 1.5 * math.pi * w * r
     a_snap = (math.pi * w * r**2 / (8 * e)) ** (1 / 3)
@@ -373,15 +382,14 @@ def test_jkr_agrees_with_its_parametric_form_and_its_landmarks():
     assert -whole(0.0) == pytest.approx(8 / 9 * strongest, rel=1e-9)
     # Deep in contact the terms in √w cancel at a given overlap; what is left is −π w
     # R*.
-    assert law.function(1e5 * reach, 0.0, r, e, w) == pytest.approx(
-        -math.pi * w * r, rel=1e-4
-    )
+    deep = 1e5 * reach
+    assert whole(deep) - hertz(deep, r, e) == pytest.approx(-math.pi * w * r, rel=1e-4)
 
 
 def test_jkr_sticking_speed_of_a_dry_seed_is_millimetres_a_second():
     # Work to break the neck: 7.09 (w⁵ R*⁴/E*²)^⅓, Thornton & Ning (1998), Powder
     # Technol. 99, 154–162.
-    law, mass, r, e, w = LAWS["cohesion_jkr"], 2.3e-4, 3e-3, 1e8, 0.1
+    law, mass, r, e, w = LAWS["spring_jkr"], 2.3e-4, 3e-3, 1e8, 0.1
     work = 7.09 * (w**5 * r**4 / e**2) ** (1 / 3)
     v_s = math.sqrt(2 * work / mass)
     assert 1e-3 < v_s < 5e-3

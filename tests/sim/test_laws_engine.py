@@ -28,7 +28,6 @@ OFF = {
     "restitution_film": {"film_speed": 0.0},
     "film_adhesion": {"pull": 0.0, "rupture": 0.0},
     "liquid_bridge": {"volume": 0.0},
-    "cohesion_jkr": {"work": 0.0},
     "friction_kinetic": {"drop": 0.0},
     "friction_stribeck": {"drop": 0.0, "stribeck_speed": 1.0},
     "friction_viscous": {"slope": 0.0},
@@ -196,30 +195,6 @@ def test_a_film_longer_than_the_usual_skin_acts_on_many_as_on_one():
     ]
     np.testing.assert_allclose(speeds[1], speeds[0][0], rtol=1e-9)
     assert 0 < speeds[0][0] < 0.49
-
-
-def test_jkr_costs_the_work_of_the_neck():
-    # far above a dry seed's 0.1 J/m², so that one impact shows it; steps much shorter
-    # than the neck
-    work, fine = (
-        20.0,
-        0.01,
-    )
-    modulus = SOYBEAN.young_modulus_pa / (1 - 0.4**2)
-    lost = 7.09 * (work**5 * R**4 / modulus**2) ** (1 / 3)
-    speed = 2.0 * math.sqrt(2 * lost / BALL.mass_kg)
-    assert rebound(
-        speed, e=1.0, fraction=fine, cohesion_jkr={"work": work}
-    ) == pytest.approx(math.sqrt(0.75) * speed, rel=3e-3)
-    held = after(
-        0.01,
-        BALL,
-        R + 1e-6,
-        (0, 0, -0.4 * speed),
-        gravity=0.0,
-        cohesion_jkr={"work": work},
-    )
-    assert held.positions[0, 2] < R + LAWS["cohesion_jkr"].reach(R, modulus, work)
 
 
 @pytest.mark.parametrize(
