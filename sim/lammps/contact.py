@@ -5,7 +5,8 @@ what is refused by name.
 `pair_style granular`: Hertz with E = 2 (1 − ν²) E*, damping from the restitution (it
 may pull at the end of contact), Mindlin's tangential spring k_t = 8 G* with damping
 scaled by 2 √(G*/E*), which makes it Tsuji's, and `rolling sds`, whose μ_r is in the R*
-convention."""
+convention; `hooke` with a tangential spring of 4 (G*/E*) k where `spring_linear` is
+chosen."""
 
 import math
 from dataclasses import replace
@@ -22,7 +23,7 @@ from benchtwin.sim.rigs.bench import Bench
 RESTING_WEIGHTS = 10.0
 # of critical, as type C has it (Ai et al. 2011); below the cap only
 ROLLING_DAMPING = 0.3
-WRITTEN = ("rolling_sds", "drag")
+WRITTEN = ("rolling_sds", "spring_linear", "drag")
 
 
 def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
@@ -98,7 +99,7 @@ def refuse_others(world: World) -> None:
         if chosen.law.name not in WRITTEN:
             raise ValueError(
                 f"law {chosen.law.name!r}: the LAMMPS input has no such law; it has"
-                f" {' and '.join(WRITTEN)}"
+                f" {', '.join(WRITTEN)}"
             )
         if chosen.law.name == "rolling_sds" and chosen.between:
             raise ValueError(
@@ -129,8 +130,16 @@ def words(world: World, other: str) -> str:
     text = (
         f"hertz/material {young:.12g} {contact.restitution:.12g}"
         f" {material.poisson_ratio:.12g} tangential mindlin {8.0 * shear:.12g}"
-        f" {ratio:.12g} {contact.static_friction:.12g} "
     )
+    for chosen in world.laws:
+        if chosen.law.name == "spring_linear" and chosen.acts_between(
+            material.name, other
+        ):
+            k = dict(chosen.given)["stiffness"]
+            across = 4.0 * shear / modulus * k
+            text = f"hooke {k:.12g} {contact.restitution:.12g}"
+            text += f" tangential linear_history {across:.12g}"
+    text += f" {ratio:.12g} {contact.static_friction:.12g} "
     for chosen in world.active_laws:
         if chosen.law.name == "rolling_sds" and contact.rolling_friction > 0:
             numbers = dict(chosen.given)

@@ -45,13 +45,14 @@ def both(
     share=0.005,
     on_seed=ON_SEED,
     on_wall=ON_WALL,
+    laws=(),
 ):
     """(ours, LAMMPS's) rows at the end: place, velocity, spin of every seed."""
     world = World(
         (placed,),
         tuple(walls),
         (on_wall, on_seed) if walls else (on_seed,),
-        (*NO_AIR, SDS),
+        (*NO_AIR, SDS, *laws),
         gravity,
         share_damping=False,
         cap_damped=True,
@@ -130,6 +131,70 @@ def test_two_balls_that_meet_obliquely_part_alike(tmp_path, friction):
 
 
 @needs_lammps
+@pytest.mark.parametrize(("e", "friction"), [(0.54, 0.0), (1.0, 0.1)])
+def test_linear_springs_part_and_slide_alike(tmp_path, e, friction):
+    """`hooke` with its damping by e, and `linear_history`: a seed of three balls that
+    lands flat, and two balls that meet obliquely. Friction without damping, as above.
+    """
+    linear = LAWS["spring_linear"].use(stiffness=2e6)  # arms differ by δ/2
+    row = 2 * R * np.array([[-1, 0, 0], [0, 0, 0], [1, 0, 0]])
+    landing = Placed(
+        (Seed.from_spheres(row, [R] * 3),),
+        SOFT,
+        np.array([[0.0, 0, 1.001 * R]]),
+        velocities=np.array([[0.0, 0.3, -1.0]]),
+    )
+    given = {"laws": (linear,), "share": 0.01, "gravity": (0.0, 0.0, 0.0)}
+    landed = replace(ON_WALL, restitution=e, static_friction=friction)
+    floor = [Plane("floor", WALL)]
+    ours, theirs = both(tmp_path / "on", landing, floor, 4e-3, on_wall=landed, **given)
+    assert ours[0, 5] > 0.1
+    assert theirs[:, 3:6] == pytest.approx(ours[:, 3:6], abs=2e-3)
+    places = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]])
+    speeds = np.array([[0.5, 0.1, 0], [-0.5, 0, 0]])
+    placed = Placed((ball(R, 1250.0),), SOFT, places, velocities=speeds)
+    met = replace(ON_SEED, restitution=e, static_friction=friction)
+    ours, theirs = both(tmp_path / "two", placed, [], 4e-3, on_seed=met, **given)
+    assert ours[1, 3] - ours[0, 3] == pytest.approx(e, rel=2e-3)
+    assert theirs[:, 3:6] == pytest.approx(ours[:, 3:6], abs=2e-3)
+
+
+def strongest_pull(radius, modulus, work):
+    """Gap at which JKR's pull is strongest, a²/(3 R*) with a³ = 9π w R*²/(8 E*) [m]."""
+    a = (1.125 * 3.141592653589793 * work * radius * radius / modulus) ** (1 / 3)
+    return a * a / (3 * radius)
+
+
+@needs_lammps
+@pytest.mark.parametrize("model", ["jkr", "dmt"])
+@pytest.mark.parametrize("speed", [0.12, 0.5])
+def test_surfaces_that_stick_part_alike(tmp_path, monkeypatch, model, speed):
+    """Seeds of one and of two balls head on. LAMMPS damps sticking surfaces by no
+    restitution: without; and its `jkr` lets go where the pull is strongest."""
+    law, work, nu = LAWS["cohesion_dmt"], 0.5, SOFT.poisson_ratio
+    if model == "jkr":
+        law = replace(LAWS["spring_jkr"], reach=strongest_pull)
+    told = f"{model} {SOFT.young_modulus_pa:.12g} 0 {nu} {work / 2} tangential mindlin"
+    told += " 1e7 1 0 damping velocity"
+    engine = "benchtwin.sim.lammps"
+    monkeypatch.setattr(f"{engine}.stage.words", lambda world, other: told)
+    monkeypatch.setattr(f"{engine}.contact.WRITTEN", ("rolling_sds", "drag", law.name))
+    smooth = Contact(("seed", "seed"), 1.0, 0.0, 0.0, "sds")
+    pair = Seed.from_spheres(R * np.array([[0, -1, 0], [0, 1, 0]]), [R] * 2)
+    for seed in (ball(R, 1250.0), pair):
+        apart = np.array([[1.0, 0, 0], [-1.0, 0, 0]])
+        placed = Placed(
+            (seed,), SOFT, -1.0001 * R * apart, velocities=speed / 2 * apart
+        )
+        given = {"share": 0.002, "gravity": (0.0, 0.0, 0.0), "on_seed": smooth}
+        folder, stuck = tmp_path / f"{len(seed.radii_m)}", (law.use(work=work),)
+        ours, theirs = both(folder, placed, [], 8e-3, laws=stuck, **given)
+        assert theirs[:, 3] == pytest.approx(ours[:, 3], abs=1e-3 * speed)
+        lost = 1 - ((ours[1, 3] - ours[0, 3]) / speed) ** 2
+        assert lost > 5e-4 if model == "jkr" else abs(lost) < 2e-3
+
+
+@needs_lammps
 def test_a_block_slides_alike(tmp_path):
     """μ g t of its speed is gone, and it comes to lie at v²/(2 μ g)."""
     placed = Placed(
@@ -174,7 +239,7 @@ def test_a_tube_that_turns_about_another_axis_than_its_own_is_refused(pivot, axi
     drum = Cylinder("drum", WALL, (0.0, -0.02, 0.0), (0.0, 0.02, 0.0), 0.03, (turn,))
     placed = Placed((ball(R, 1250.0),), SOFT, np.array([[0.0, 0.0, R - 0.03]]))
     with pytest.raises(ValueError, match="turns a cylinder about its own axis only"):
-        wall_lines(World((placed,), (drum,), (ON_WALL, ON_SEED)))
+        wall_lines(World((placed,), (drum,), (ON_WALL, ON_SEED), (SDS,)))
 
 
 @needs_lammps
