@@ -9,13 +9,16 @@ from itertools import product
 import numpy as np
 
 from benchtwin.sim.engine.world import World, restitution_between
-from benchtwin.sim.laws.hertz_mindlin import normal_stiffness
+from benchtwin.sim.laws.hertz_mindlin import damping_factor, normal_stiffness
 from benchtwin.sim.laws.law import Chosen
 from benchtwin.sim.material import effective_moduli
 
 # Of a linear contact's time π √(m/k) a fiftieth, of a damper's m/c a tenth, where a
 # fifth of the Rayleigh time is taken: the rebound is then right to 0.1 %.
 USUAL, OF_CONTACT, OF_DAMPER = 0.2, 1 / 50, 1 / 10
+# Of m/c of dashpots side by side that do not share a seed's mass: no accuracy, but from
+# .9 on beds of such seeds blow up.
+OF_DASHPOTS = 0.7
 RAYLEIGH = "the Rayleigh time"
 SHARES = np.linspace(0.0, 1.0, 65)[1:]  # of the greatest overlap
 BACK = 1 - 1e-6  # of an overlap, by which a slope is taken
@@ -64,7 +67,20 @@ def longest_steps(world: World) -> dict[str, float]:
         if rates is not None:
             fastest = max(rates(world, chosen), default=0.0)
             steps[f"law {chosen.law.name!r}"] = share / USUAL / max(fastest, 1e-300)
+    if not world.share_damping:
+        fastest = max(_dashpot_rates(world))
+        steps["damping by single balls"] = OF_DASHPOTS / max(fastest, 1e-300)
     return steps
+
+
+def _dashpot_rates(world: World) -> Iterator[float]:
+    """1/s: at which all balls of a seed together damp, each with its whole mass."""
+    shapes = [seed for group in world.seeds for seed in group.shapes]
+    balls = max(len(np.atleast_1d(seed.radii_m)) for seed in shapes)
+    for at in _meetings(world, largest=True):
+        radius, modulus, e = at.of_pair
+        stiffness = normal_stiffness(at.overlap_m, radius, modulus)
+        yield balls * damping_factor(e) * math.sqrt(stiffness / at.mass_kg)
 
 
 def farthest_reach_m(world: World) -> float:
@@ -93,10 +109,10 @@ def held_j(world: World) -> float:
 
 
 def _meetings(
-    world: World, chosen: Chosen, *, largest: bool = False
+    world: World, chosen: Chosen | None = None, *, largest: bool = False
 ) -> Iterator[Meeting]:
-    """All between which a law acts, of the smallest or the largest balls and lightest
-    seeds."""
+    """All, or those between which a law acts, of the smallest or the largest balls and
+    lightest seeds."""
     pick = max if largest else min
     seeds = {
         group.material.name: (
@@ -106,7 +122,7 @@ def _meetings(
         for group in world.seeds
     }
     for (a, (r, m)), b in product(seeds.items(), world.materials):
-        if chosen.acts_between(a, b):
+        if chosen is None or chosen.acts_between(a, b):
             other, mass = seeds.get(b, (math.inf, math.inf))
             modulus, _ = effective_moduli(world.materials[a], world.materials[b])
             radius, reduced = 1 / (1 / r + 1 / other), 1 / (1 / m + 1 / mass)

@@ -64,7 +64,8 @@ class World:
     larger (.5 → .55; see `sim.laws.hertz_mindlin.damping_factor`).
     share_damping: whether balls of one seed on the same wall or seed share the damping
     (`contacts.shares`). True makes e independent of the number of balls that
-    touch; False is EDEM's way, each ball damping with the whole masses. cap_damped:
+    touch; False is EDEM's way, each ball damping with the whole masses, in shorter
+    steps. cap_damped:
     whether the caps of friction and rolling take the whole normal force, damping
     included (LAMMPS's way), instead of its elastic part (EDEM's). sleep: seeds that lie
     still are left out until the forces on them change (`sleeping.CALM_FORCE`): a heap

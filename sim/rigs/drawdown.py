@@ -12,9 +12,8 @@ from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
-from benchtwin.sim.rigs.filling import Chute, Filled
+from benchtwin.sim.rigs.filling import RAIN_OVERLAP, Chute, Filled
 from benchtwin.sim.rigs.heap import (
-    RAIN_OVERLAP,
     Vessel,
     grams,
     mean_slope,

@@ -14,8 +14,7 @@ from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, SETTLED_BED, Engine, Ours, Way
-from benchtwin.sim.rigs.filling import Chute, Filled, count_for, rain
-from benchtwin.sim.rigs.heap import RAIN_OVERLAP
+from benchtwin.sim.rigs.filling import RAIN_OVERLAP, Chute, Filled, count_for, rain
 from benchtwin.sim.rigs.parts import ring
 from benchtwin.sim.rigs.pile import GLASS
 from benchtwin.sim.rigs.profile import balls, upper_edge

@@ -1,14 +1,17 @@
 """Filling a vessel: seeds rain in through a chute of its own cross-section, come to
 rest, and are struck off at a height."""
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.filling import scatter
 from benchtwin.sim.engine.walls import Vector
 from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.material import Material
 from benchtwin.sim.rigs.bench import Bench, Watch, reach
 from benchtwin.sim.rigs.engine import Engine
 from benchtwin.sim.seed import Seed
@@ -20,6 +23,9 @@ SPARE = 1.06  # that many more, to have something to strike off
 # .37 to .39 in a wide chute, at .22 in one that is a seed wide each way
 RAIN = 0.15
 LEAST_SEEDS = 10  # fewer make no heap
+# of a radius, for an instant where rain falls on what lies: forgotten once the seeds do
+RAIN_OVERLAP = 0.25
+FALLING_M_S = 0.5  # as the rain begins
 STRUCK_OFF = 0.995  # with more left than this share, nothing was struck off
 
 
@@ -73,6 +79,25 @@ def count_for(bench: Bench, rng: np.random.Generator, volume_m3: float) -> list[
     return bench.draw(rng, count)
 
 
+def firm(
+    bench: Bench, shapes: tuple[Seed, ...], speed_m_s: float, overlap: float
+) -> Material:
+    """The bench's grain, or one stiff enough that the smallest balls of two equal seeds
+    that meet head on overlap by no more than this share of their radius r.
+
+    ½ m* v² = (8/15) E* √R* (x r)^2.5 with m* = m/2, R* = r/2, E* = G/(1 − ν): Hertz's
+    greatest overlap without damping, Johnson (1985), section 11.4."""
+    needed = 0.0
+    for seed in shapes:
+        r = float(seed.radii_m.min())
+        energy = 0.25 * seed.mass_kg * speed_m_s**2
+        work = 8 / 15 * math.sqrt(r / 2) * (overlap * r) ** 2.5  # over E*
+        needed = max(needed, (1 - bench.seed.poisson_ratio) * energy / work)
+    if needed <= bench.grain.shear_modulus_pa:
+        return bench.grain
+    return replace(bench, shear_modulus_pa=needed).grain
+
+
 def rain(
     bench: Bench,
     rng: np.random.Generator,
@@ -88,10 +113,12 @@ def rain(
     seeds in it."""
     shapes = tuple(dict.fromkeys(seeds))
     shape_of = np.array([shapes.index(seed) for seed in seeds])
-    (x, y, _), falling = chute.high, (0.0, 0.0, -0.5)
+    (x, y, _), falling = chute.high, (0.0, 0.0, -FALLING_M_S)
     high = (x, y, chute.top_m(seeds))
+    fastest = math.sqrt(FALLING_M_S**2 + 2 * G_M_S2 * (high[2] - level_m))
+    grain = firm(bench, shapes, fastest, RAIN_OVERLAP)
     scattered = Scattered(
-        *(shapes, bench.grain, len(seeds), chute.low, high),
+        *(shapes, grain, len(seeds), chute.low, high),
         *(falling, chute.round, shape_of),
     )
     world = make(scatter(scattered, rng))

@@ -13,13 +13,11 @@ from benchtwin.sim.material import Contact
 from benchtwin.sim.motion import Motion, Part
 from benchtwin.sim.rigs.bench import Bench, Watch
 from benchtwin.sim.rigs.engine import Engine, Lift
-from benchtwin.sim.rigs.filling import Chute, Filled, count_for, rain
+from benchtwin.sim.rigs.filling import RAIN_OVERLAP, Chute, Filled, count_for, rain
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
 
 # of a radius: else a run is stopped (`World.most_overlap`)
 MOST_OVERLAP = 0.1
-# for an instant where rain meets the floor: forgotten once the seeds lie
-RAIN_OVERLAP = 0.25
 CLEAR_M = 0.01  # so far above the seeds, what was lifted is out of them
 
 

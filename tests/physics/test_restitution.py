@@ -118,6 +118,19 @@ def test_edems_way_damps_more_the_more_balls_touch(balls, e_out):
     ) == pytest.approx(e_out, abs=0.01)
 
 
+@pytest.mark.parametrize("e", [0.2, 0.5])
+def test_dashpots_that_do_not_share_a_seed_s_mass_shorten_the_step(e):
+    """Five balls nearly in one place damp five times as fast: with the usual step of
+    heaps, 0.3 of the Rayleigh time, e = 0.2 came out as 0.09 to 0.28 by chance."""
+    seed = Seed.from_dimensions(7.5e-3, 7.1e-3, 6.9e-3)
+    soft = SOYBEAN.softened(3e6)
+    usual, fine = (
+        rebounds(seed, soft, e, 1.5, fraction, share_damping=False)
+        for fraction in (0.3, 0.01)
+    )
+    assert usual == pytest.approx(fine.mean(), rel=0.05)
+
+
 def test_friction_and_gravity_leave_restitution_alone():
     seed = ball(3e-3, 1250.0)
     world = on_floor(
