@@ -36,6 +36,7 @@ WIDEST_STEP = 0.4  # of a logit, for the likelihood's curvature
 LOCK_PX = 0.03
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
+ALIKE = 1e-2  # of the greatest: slopes that say the same
 ENOUGH_FREEDOM = 10  # degrees of freedom that tell a recording's own σ
 
 
@@ -71,6 +72,13 @@ class Stretch:
         clean = noise.whiten(np.column_stack([self.design, self.data]), self.lag)
         solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
         return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - int(rank)
+
+
+def about_slopes(slopes: np.ndarray, left: np.ndarray, lag: np.ndarray) -> Stretch:
+    """Residuals (n,) of a fit beside what its slopes (n, p) can still take."""
+    size = np.linalg.norm(slopes, axis=0)
+    basis, share, _ = np.linalg.svd(slopes[:, size > 0] / size[size > 0], False)
+    return Stretch(basis[:, share > ALIKE * share[0]], left, lag)
 
 
 def spreads(

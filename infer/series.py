@@ -16,13 +16,12 @@ from scipy.linalg import solve_triangular
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.least_squares import FastChi2
 from benchtwin.infer.linear import Reduced
-from benchtwin.infer.noise import Noise, Stretch, estimate, spreads
+from benchtwin.infer.noise import Noise, about_slopes, estimate, spreads
 from benchtwin.infer.problem import Fit, Problem
 
 # of a prior's sd, for derivatives; less where predictions are exact and bend much
 # within a sd
 STEP = 1e-3
-ALIKE = 1e-2  # of the greatest: slopes that say the same
 FLAT = 1e3  # of a local without a prior, in its own unit
 SPREADS = (1e-4, 1e3)  # of few rows, over their sds
 
@@ -131,10 +130,7 @@ def noise_about(base: Fit) -> tuple[Noise, np.ndarray]:
         left, columns = _white(base, r)
         design = np.column_stack([columns, one.smooth / np.reshape(one.sigma, (-1, 1))])
         design, left = (rows[: len(rows) - one.known] for rows in (design, left))
-        size = np.linalg.norm(design, axis=0)
-        basis, share, _ = np.linalg.svd(design[:, size > 0] / size[size > 0], False)
-        lag = one.lag[: len(left)]
-        stretches.append(Stretch(basis[:, share > ALIKE * share[0]], left, lag))
+        stretches.append(about_slopes(design, left, one.lag[: len(left)]))
         owners.append(r)
     noise, factor = estimate(stretches), np.ones(len(series))
     factor[owners] = spreads(stretches, range(len(owners)), len(owners), noise)

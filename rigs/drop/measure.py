@@ -25,10 +25,17 @@ from benchtwin.bench.air import Air, drag_at
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, unstated_sd
-from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
+from benchtwin.infer.noise import (
+    Noise,
+    about_slopes,
+    estimate,
+    frame_lag,
+    spreads,
+)
 from benchtwin.infer.problem import Fit, fit
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
 from benchtwin.rigs.drop.flight_model import (
+    FLAT,
     START,
     Model,
     build,
@@ -76,7 +83,6 @@ SURE = 0.9  # share of a height's sd by which it may be off without a word
 SLIPPED_SDS = 4.0  # off the fall, of each row before the impact
 VAGUE = 0.1  # relative sd from which a number is doubtful
 MANY = 5  # rows a parameter, with which effects are told from noise
-ALIKE = 1e-2  # of the greatest: slopes that say the same
 CURVE_POINTS = 80
 LENGTH = "length beside the scale"  # by which lengths are other, relative
 DRIFT = "drift"  # of speeds across and up, by how far the optical axis is off
@@ -351,12 +357,18 @@ def _evidence(track: Track, recording: Recording, flights: Flights) -> Evidence:
 
 
 def _fitted(told: Evidence) -> Fit:
-    """The flights of one recording, their noise estimated about the fit."""
-    model = build(told.session)
-    if told.flights.few:
-        return _few_fitted(told, model)
-    white = estimate_noise(told.session, (WHITE, WHITE))
+    """The flights of one recording, their noise estimated about the fit; of few rows
+    with stated sds these, unless rows scatter more."""
+    s, sd = told.session, told.track.sd
+    model, white = build(s), estimate_noise(s, (WHITE, WHITE))
+    stated = told.flights.few and all_stated(sd)
+    if stated:
+        known = np.full((1, 2), told.unit * float(np.median(sd)))
+        white = replace(white, sigma=floored(s, known))
     first = fit(problem_of(model, white))
+    freedom = max(len(s.tau) - 2 * len(s.middle) - (not told.believed), 1)
+    if stated and variance_factor(first.chi2, freedom, stated)[0] == 1.0:
+        return first
     return fit(problem_of(model, _noise_about(first)), start=first)
 
 
@@ -378,25 +390,18 @@ def _noise_about(base: Fit) -> TrackNoise:
     model, axes, sigma = base.problem.model, [], np.zeros((1, 2))
     s, names = model.session, base.names
     found = slopes_at(model, base.starts, base.by_name)
-    seen, first = found.seen, found.rows.shape[2] - len(names)
-    rows, many = np.arange(len(s.tau)), len(s.tau) > MANY * len(names)
-    shared = [k for k, n in enumerate(names) if many or n in LAWS_FELT]
+    many, own = len(s.tau) > MANY * len(names), found.own.shape[2]
+    shared = [own + k for k, n in enumerate(names) if many or n in LAWS_FELT]
     lag = np.concatenate(
         [frame_lag(s.frame[a:b]) for a, b in zip(s.first, s.stop, strict=True)]
     )
+    each = (s.flight[:, None] == np.arange(len(base.starts)))[..., None]
     for axis in (0, 1):
-        own = np.zeros((len(rows), len(base.starts), 4))
-        own[rows, s.flight] = found.rows[:, axis, :4]
-        design = np.hstack(
-            [
-                own.reshape(len(rows), -1),
-                found.rows[:, axis, [first + k for k in shared]],
-            ]
-        )
-        design = s.weight[:, None] * design[:, design.any(axis=0)]
-        left = s.weight * (s.places - seen)[:, axis]
-        basis, size, _ = np.linalg.svd(design / np.linalg.norm(design, axis=0), False)
-        about = [Stretch(basis[:, size > ALIKE * size[0]], left, lag)]
+        slopes = found.rows[:, axis]
+        starts = (each * slopes[:, None, :FLAT]).reshape(len(lag), -1)
+        design = s.weight[:, None] * np.hstack([starts, slopes[:, shared]])
+        left = s.weight * (s.places - found.seen)[:, axis]
+        about = [about_slopes(design, left, lag)]
         noise = estimate(about)
         spare = len(left) - about[0].design.shape[1]
         if noise.log_level_sd >= WHITE.log_level_sd:  # too few rows to tell
@@ -405,25 +410,6 @@ def _noise_about(base: Fit) -> TrackNoise:
         sigma[0, axis] = wider * spreads(about, [0], 1, noise)[0]
         axes.append(noise)
     return TrackNoise((axes[0], axes[1]), floored(s, sigma))
-
-
-def _few_fitted(told: Evidence, model: Model) -> Fit:
-    """The same for few rows: their sds as stated, else as they scatter about it."""
-    sd, s = told.track.sd, model.session
-    stated = all_stated(sd)
-    sigma = told.unit * (float(np.median(sd)) if stated else told.flights.noise)
-    freedom = len(s.tau) - 2 * len(s.middle) - (not told.believed)
-    noise = replace(WHITE, log_level_sd=math.sqrt(2 / max(freedom, 1)))
-
-    def at(sigma: float) -> Fit:
-        both = floored(s, np.full((1, 2), sigma))
-        return fit(problem_of(model, TrackNoise((noise, noise), both)))
-
-    first = at(sigma)
-    seen = slopes_at(model, first.starts, first.by_name).seen
-    left = s.weight * (s.places - seen)[:, 1] / sigma
-    factor, _ = variance_factor(float(left @ left), max(freedom, 1), stated)
-    return first if factor == 1.0 else at(sigma * math.sqrt(factor))
 
 
 def _contradiction(free: Fitted) -> str:
