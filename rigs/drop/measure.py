@@ -148,7 +148,7 @@ class Evidence:
         """Its rows; no height is stated."""
         gates = self.recording.evidence == "gates.csv"  # no camera looks on
         away = math.inf if gates else UNKNOWN_DISTANCE_M
-        made = assemble((self.seen,), away, as_found=True)
+        made = assemble((self.seen,), away)
         made = replace(made, release=np.array([np.nan]))
         if self.axis is None:
             return made

@@ -20,7 +20,6 @@ LEAST_ROWS = 8  # of a flight that may be judged by itself
 LEAST = 2  # of a flight
 BLOCK_S = 1.5e-3  # over which rows are averaged
 SMOOTH_DEGREE = 4  # of the smooth curve of places in pixels
-ROUGH = 3.0  # times the usual roughness, beyond which a flight was not free
 AIR_KEYS = ("share", "reynolds_per_speed", "lift", "room", "buoyancy")
 LEAST_ROCKING_M = 3e-4  # also of balls
 
@@ -96,14 +95,11 @@ def assemble(
     tracks,
     unstated_m: float = np.inf,
     block_s: float = BLOCK_S,
-    *,
-    as_found: bool = False,
 ) -> Session:
-    """A session from tracks; unstated_m: distance of a camera whose own is not stated;
-    as_found: flights that look touched again in mid-flight are kept, too: one recording
-    alone does not tell how rough they usually are."""
+    """A session from tracks; unstated_m: distance of a camera whose own is not
+    stated."""
     tracks = [t for t in tracks if not t.trouble]
-    parts, joints, fallen, notes = _kept_flights(tracks, block_s, as_found)
+    parts, joints, fallen, notes = _kept_flights(tracks, block_s)
     if not parts:
         raise ValueError(f"no flight with at least {LEAST} frames in any recording")
     sizes = np.array([len(p["frame"]) for p in parts])
@@ -159,44 +155,27 @@ def assemble(
 
 
 def _kept_flights(
-    tracks: list, block_s: float, as_found: bool
+    tracks: list, block_s: float
 ) -> tuple[list[dict], list[tuple[int, int, float]], list[bool], list[str]]:
     """The flights of all tracks; joints: a flight, the next one, the time of the impact
     between; of each track whether both fall and first rebound are kept; notes."""
     parts: list[dict] = []
     joints, fallen, notes = [], [], []
-    flights = [_flights_of(track, r, block_s) for r, track in enumerate(tracks)]
-    long = (
-        _roughness(part)
-        for found in flights
-        for _, part in found
-        if len(part["tau"]) >= LEAST_ROWS
-    )
-    usual = float(np.median([*long] or [0.0]))
-    for track, found in zip(tracks, flights, strict=True):
-        kept = [
-            (k, free)
-            for k, part in found
-            if (free := part if as_found else _free_part(part, usual)) is not None
-        ]
-        if len(kept) < len(found):
-            notes.append(
-                f"{track.recording}: {len(found) - len(kept)} flights left out, touched"
-                " again in mid-flight"
-            )
+    for r, track in enumerate(tracks):
+        found = _flights_of(track, r, block_s)
         if not found:
             notes.append(
                 f"{track.recording}: no flight with at least {LEAST} frames; it is"
                 " left out"
             )
-        numbers = {k: len(parts) + i for i, (k, _) in enumerate(kept)}
+        numbers = {k: len(parts) + i for i, (k, _) in enumerate(found)}
         fallen.append(0 in numbers and 1 in numbers)
         joints += [
             (numbers[k], numbers[k + 1], t)
             for k, t in enumerate(track.contacts_s)
             if k in numbers and k + 1 in numbers
         ]
-        parts += [part for _, part in kept]
+        parts += [part for _, part in found]
     return parts, joints, fallen, notes
 
 
@@ -261,6 +240,10 @@ def _flights_of(track, recording: int, block_s: float) -> list[tuple[int, dict]]
         if len(time) < LEAST:
             continue
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
+        # smooth place among the pixels: a row's own reading would explain its own noise
+        degree = min(SMOOTH_DEGREE, len(time) // 4) if len(time) >= LEAST_ROWS else 0
+        basis = legendre.legvander((time - middle) / half, degree)
+        waves = basis @ np.linalg.lstsq(basis, waves, rcond=None)[0]
         found.append(
             (
                 k,
@@ -307,42 +290,6 @@ def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.n
     low = np.flatnonzero(up[apex:] < up[0] + margin)
     cut = rows[: apex + int(low[0])] if len(low) else rows
     return cut if len(cut) >= LEAST_ROWS else rows
-
-
-def _roughness(part: dict) -> float:
-    """rms [m] of a flight about a curve of degree 6."""
-    degree, angle = min(6, len(part["tau"]) // 4), part["angle"]
-    basis = legendre.legvander(part["tau"] / part["half"], degree)
-    if len(angle) > 30 and np.ptp(angle) > 0:
-        basis = np.column_stack([basis, np.cos(2 * angle), np.sin(2 * angle)])
-    left = (
-        part["places"] - basis @ np.linalg.lstsq(basis, part["places"], rcond=None)[0]
-    )
-    return float(np.sqrt((left**2).mean()))
-
-
-def _free_part(part: dict, usual: float) -> dict | None:
-    """The flight without first rows that are too rough; None where all of it is."""
-    if len(part["tau"]) < LEAST_ROWS:  # too few to tell
-        return part | {"phase": np.full_like(part["phase"], part["phase"].mean())}
-    for share in (0.0, 0.1, 0.25):
-        rows = slice(int(share * len(part["tau"])), None)
-        time = part["middle"] + part["tau"][rows]
-        if len(time) < LEAST_ROWS:
-            return None
-        middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
-        cut = part | {
-            key: part[key][rows]
-            for key in ("places", "frame", "weight", "late", "angle", "phase")
-        }
-        tau = time - middle
-        basis = legendre.legvander(tau / half, min(SMOOTH_DEGREE, len(tau) // 4))
-        # smooth place among the pixels: a row's own reading would explain its own noise
-        phase = basis @ np.linalg.lstsq(basis, cut["phase"], rcond=None)[0]
-        cut |= {"middle": middle, "half": half, "tau": tau, "phase": phase}
-        if _roughness(cut) < ROUGH * max(usual, 1e-7):
-            return cut
-    return None
 
 
 def _elongation(description: dict) -> float:
