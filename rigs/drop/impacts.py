@@ -83,7 +83,7 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
     """From fitted flights, slow ones included."""
     model, used = fit.problem.model, [t for t in tracks if not t.trouble]
     s = model.session
-    speed = speeds_at_contacts(model, fit.starts, fit.by_name)
+    before, after = speeds_at_contacts(model, fit.starts, fit.by_name)
     count = len(s.joint)
     recording = s.recording[s.joint[:, 0]] if count else np.zeros(0, dtype=int)
     number = [
@@ -91,7 +91,7 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
         for r, t in zip(recording, s.joint_time, strict=True)
     ]
     spin = np.where(np.isfinite(s.spin) & s.spin_seen, s.spin, np.nan)
-    gain = np.abs(speed[count:, 1] - speed[:count, 1])
+    gain = np.abs(after[:, 1] - before[:, 1])
     turned = s.spin_seen & s.spin[s.joint].any(axis=1)
     ends = np.array(
         [s.stop[s.joint[:, 0]] - 1, s.first[s.joint[:, 1]]]
@@ -101,8 +101,8 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
         recording=recording,
         number=np.array(number, dtype=int),
         flights=s.joint,
-        before=np.column_stack([speed[:count], spin[s.joint[:, 0]]]),
-        after=np.column_stack([speed[count:], spin[s.joint[:, 1]]]),
+        before=np.column_stack([before, spin[s.joint[:, 0]]]),
+        after=np.column_stack([after, spin[s.joint[:, 1]]]),
         flight_sd=np.column_stack([_flight_sds(fit, noise), s.spin_sd]),
         time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
         plumb_sd=math.radians(fit.sd("plumb")),
@@ -117,15 +117,17 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
 def speeds_at_contacts(
     model: Model, starts: np.ndarray, values: dict[str, float]
 ) -> np.ndarray:
-    """(2 J, 2) [m/s]: before all contacts, then after them."""
-    return velocities(model.contacts, starts, pushed(model, starts, values))
+    """(2, J, 2) [m/s]: before all contacts, and after them."""
+    push = pushed(model, starts, values)
+    return velocities(model.contacts, starts, push).reshape(2, -1, 2)
 
 
 def with_speeds(impacts: Impacts, speeds: np.ndarray) -> Impacts:
-    """The same impacts at other speeds (2 J, 2)."""
-    count = len(impacts)
+    """The same impacts, the first J of them, which were filmed, at other speeds (2, J,
+    2)."""
     before, after = impacts.before.copy(), impacts.after.copy()
-    before[:, :2], after[:, :2] = speeds[:count], speeds[count:]
+    for both, own in zip((before, after), speeds, strict=True):
+        both[: len(own), :2] = own
     return replace(impacts, before=before, after=after)
 
 

@@ -233,23 +233,12 @@ class JointModel:
             and self.kept is not None
             and self.impacts is not None
         )  # called only with impacts
-        speeds = [
+        flown = [
             speeds_at_contacts(p.model, s, dict(zip(p.names, v, strict=True)))
             for p, s, v in self.split(starts, values)
         ]
-        halves = [np.array_split(s, 2) for s in speeds] or [list(np.zeros((2, 0, 2)))]
-        every = np.vstack([*(h[0] for h in halves), *(h[1] for h in halves)])
-        heard = len(self.table) - len(every) // 2
-        if heard:
-            every = np.vstack(
-                [
-                    every[: len(every) // 2],
-                    self.table.before[-heard:, :2],
-                    every[len(every) // 2 :],
-                    self.table.after[-heard:, :2],
-                ]
-            )
-        return updated(self.impacts, subset(with_speeds(self.table, every), self.kept))
+        speeds = np.concatenate([np.zeros((2, 0, 2)), *flown], axis=1)
+        return updated(self.impacts, subset(with_speeds(self.table, speeds), self.kept))
 
 
 def joint_flights(sessions: tuple[PreparedSession, ...]) -> Problem:
