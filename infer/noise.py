@@ -96,27 +96,6 @@ def spreads(
     return np.where(freedom >= ENOUGH_FREEDOM, own, pooled)
 
 
-def block_mean_noise(noise: Noise, block: int) -> Noise:
-    """Noise of means over `block` frames.
-
-    The OU part has ρⁿ and var o ρ^(1−n) ((1 − ρⁿ)/(1 − ρ))²/n² at lag 0; the rest of a
-    mean's variance is white."""
-    if block == 1 or noise.rho <= 0:
-        return Noise(0.0, 0.0, noise.log_level_sd) if block > 1 else noise
-    rho, share = noise.rho, 1 - noise.white
-    lags = np.arange(1, block)
-    whole = (
-        share * (block + 2 * float(((block - lags) * rho**lags).sum())) / block**2
-        + noise.white / block
-    )
-    slow = share * rho ** (1 - block) * ((1 - rho**block) / (1 - rho)) ** 2 / block**2
-    if slow <= whole:
-        return Noise(rho**block, 1 - slow / whole, noise.log_level_sd)
-    # Blocks shorter than a correlation: OU noise with equal power at frequency 0.
-    power = 1 + 2 * slow / whole * rho**block / (1 - rho**block)
-    return Noise((power - 1) / (power + 1), 0.0, noise.log_level_sd)
-
-
 def refined_level_sd(level_sd: float, freedom: int) -> float:
     """`level_sd` once that many further degrees of freedom tell the noise power."""
     return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + freedom)))

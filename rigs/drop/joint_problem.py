@@ -16,7 +16,6 @@ from benchtwin.bench.priors import FARTHEST_M, NEAREST_M, unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import PRIOR_WIDTHS, UnknownScatter
 from benchtwin.infer.linear import Reduced, ridge, stacked
-from benchtwin.infer.noise import block_mean_noise
 from benchtwin.infer.own_scatter import own_scatter
 from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.rigs.drop import impact_problem
@@ -64,21 +63,12 @@ def prepare_sessions(
     for session in dict.fromkeys(t.session for t in tracks):
         own = tuple(t for t in tracks if t.session == session)
         try:
-            block = block_of(next(t for t in own if not t.trouble))
-            fine = assemble(own, unstated_m, 0.0)
-            noise = estimate_noise(fine)
-            own, twice = without_second_contacts(own, fine, noise)
-            if block > 1 or twice:
+            seen = assemble(own, unstated_m, 0.0)
+            noise = estimate_noise(seen)
+            own, twice = without_second_contacts(own, seen, noise)
+            if twice or any(block_of(t) > 1 for t in own if not t.trouble):
                 seen = assemble(own, unstated_m)
-                noise = estimate_noise(
-                    seen,
-                    (
-                        block_mean_noise(noise.axes[0], block),
-                        block_mean_noise(noise.axes[1], block),
-                    ),
-                )
-            else:
-                seen = fine
+                noise = estimate_noise(seen)
         except ValueError as error:
             notes.append(
                 f"session {session!r} left out: {error}" if session else str(error)

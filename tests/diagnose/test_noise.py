@@ -5,12 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from benchtwin.infer.noise import (
-    Noise,
     Stretch,
-    block_mean_noise,
     estimate,
     frame_lag,
     maximum_draws,
@@ -232,36 +229,6 @@ def test_threshold_of_the_maximum_score():
     assert many == pytest.approx(2.69, abs=0.02)  # Φ⁻¹ of (1 − .05)^(1/7), two-sided
     assert threshold(np.ones((7, 7))) == pytest.approx(1.96, abs=0.02)
     assert threshold(np.eye(7), level_sd=0.2) > many
-
-
-def test_noise_of_means_over_blocks_is_that_of_the_averaged_noise():
-    """White + OU noise, drawn and averaged: variance at lag nil and covariance at lag
-    one of the model that is told."""
-    rng, n, block = np.random.default_rng(5), 400_000, 6
-    rho, white = 0.9, 0.4
-    slow = lfilter([math.sqrt(1 - rho**2)], [1, -rho], rng.standard_normal(n))
-    means = (
-        (math.sqrt(1 - white) * slow + math.sqrt(white) * rng.standard_normal(n))[
-            : n // block * block
-        ]
-        .reshape(-1, block)
-        .mean(1)
-    )
-    told = block_mean_noise(Noise(rho, white, 0.1), block)
-    lag = float(np.mean(means[1:] * means[:-1]) / np.mean(means**2))
-    spectrum = (
-        np.abs(
-            np.fft.rfft(
-                means[: len(means) // 128 * 128].reshape(-1, 128) / means.std(), axis=1
-            )
-        )
-        ** 2
-        / 128
-    )
-    assert told.low_frequency == pytest.approx(
-        float(spectrum[:, 0].mean()), rel=0.1
-    )  # where missing physics lives
-    assert (1 - told.white) * told.rho == pytest.approx(lag, abs=0.05)
 
 
 def test_smooth_columns_refine_the_noise_power():
