@@ -19,8 +19,8 @@ class Alternative:
     problem: Problem
     odds: float = 1.0  # prior
     note: str = ""  # for the reader where it holds
-    # listed effects that it stands for, or, beginning with UNSHAPED, what is unlisted
-    effects: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()  # that it stands for
+    kind: Kind = Kind.EFFECT  # of these: listed, or what is unlisted
     sector: str = ""  # of those effects
     # unit, value, sd
     sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)

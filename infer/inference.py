@@ -7,7 +7,8 @@ import numpy as np
 
 from benchtwin.infer.alarm import ALARM_P, left_over_p
 from benchtwin.infer.conditions import effect_name
-from benchtwin.infer.explanation import UNSHAPED, Explanation, Posterior
+from benchtwin.infer.evidence import Kind
+from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.finding import Finding, Parameter, Sector
 from benchtwin.infer.follow import ConditionTable
 from benchtwin.infer.held_out import held_out, left_out_values
@@ -288,8 +289,8 @@ def _sectors(of: Inferred, rng: np.random.Generator) -> tuple[Sector, ...]:
 def _differing(of: Inferred) -> str | None:
     """What is unlisted and differs from recording to recording, for the reader."""
     own = of.posterior.alternatives[of.model.alternative]
-    differs = any(n.startswith(UNSHAPED) for n in own.effects)
-    return own.note if of.verdict.verdict == "unknown" and differs else None
+    differs = own.kind is Kind.UNLISTED and of.verdict.verdict == "unknown"
+    return own.note if differs else None
 
 
 def _notes(of: Inferred) -> tuple[str, ...]:

@@ -20,7 +20,6 @@ from benchtwin.infer.evidence import (
     table_of,
 )
 from benchtwin.infer.explanation import (
-    UNSHAPED,
     Alternative,
     Explanation,
     Posterior,
@@ -303,9 +302,7 @@ def explanation_of(
         *unlisted_components(windows, columns),
     ]
     nil = np.zeros((len(columns), 0)), np.zeros(0), np.zeros(0, dtype=bool)
-    for n in own.effects:
-        kind = Kind.UNLISTED if n.startswith(UNSHAPED) else Kind.EFFECT
-        components.append(Component(n, kind, own.sector, *nil))
+    components += [Component(n, own.kind, own.sector, *nil) for n in own.effects]
     power, level_sd = noise or refined_noise_power(
         reduced, found.baseline_sd, components, problem.level_sd
     )

@@ -9,6 +9,7 @@ import numpy as np
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
+from benchtwin.infer.evidence import Kind
 from benchtwin.infer.explanation import (
     UNSHAPED,
     Alternative,
@@ -117,10 +118,9 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
                 "contacts lie as far beside the centre as those of a seed of"
                 f" elongation {shape.elongation:.2g}",
                 (SHAPE.name,),
-                SHAPE.sector,
-                {},
-                ln_bayes_bound(shape.p) + _same(plain, longer),
-                shape.p,
+                sector=SHAPE.sector,
+                ln_likelihood=ln_bayes_bound(shape.p) + _same(plain, longer),
+                p=shape.p,
             )
         )
     return out, conditions, notes
@@ -136,7 +136,14 @@ def _pushed(plain: Problem) -> list[Alternative]:
     said, p = own_forces_in_words(models), math.exp(-beyond)
     return [
         Alternative(
-            plain, LISTED_ODDS, said, (PUSHED,), "flight", ln_likelihood=beyond, p=p
+            plain,
+            LISTED_ODDS,
+            said,
+            (PUSHED,),
+            Kind.UNLISTED,
+            "flight",
+            ln_likelihood=beyond,
+            p=p,
         )
     ]
 
