@@ -1,10 +1,8 @@
 """How far seeds rise from a bed → apparent restitution e' = √(h'/h), from the mean of
 h': what is left of the energy."""
 
-import math
-
 from benchtwin.bench.priors import stated_sd
-from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
+from benchtwin.vision.evidence.readings import Derived, Summary, root_of_heights
 from benchtwin.vision.recording import Recording
 
 LEAST_LAYERS = 3.0  # seeds: through a thinner bed the floor is felt
@@ -21,10 +19,8 @@ def apparent_restitution(recording: Recording, read: Summary, common: float) -> 
         doubt = "; ".join(filter(None, (doubt, high)))
     if not read.mean > 0:
         return Derived(notes=("every seed stayed on the bed",), doubts=(doubt,))
-    e = math.sqrt(read.mean / height)
-    shared = math.hypot(common / read.mean, stated_sd("release-height") / height)
-    own = e / 2 * read.sd_mean / read.mean
-    found = mean_quantity("apparent_restitution", e, own, e / 2 * shared, "1")
+    known = height, stated_sd("release-height")
+    found = root_of_heights("apparent_restitution", read, common, *known)
     return Derived((found,), doubts=(doubt,))
 
 

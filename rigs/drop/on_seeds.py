@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.of_recording import Progress, need_track, seed_of
 from benchtwin.vision.motion.rise import Rise, rise_of
@@ -71,20 +70,3 @@ def fell_through(risen: Rise, recording: Recording) -> str:
         f"the seed fell {deeper:.1f} mm deeper than the tops of the plate of seeds: it"
         " struck the board in a gap between them"
     )
-
-
-def apparent_restitution(recording: Recording, read: Summary, common: float) -> Derived:
-    """e' = √(h'/h) from the mean of h': what is left of the energy. common: sd of the
-    mean [mm] that repeats do not reduce."""
-    height = recording.drop.height_mm
-    if height is None or not read.mean > 0:
-        return Derived()
-    doubt = ""
-    if read.high > height:
-        doubt = f"a rise of {read.high:g} mm is higher than the release at"
-        doubt = f"{doubt} {height:g} mm"
-    e = math.sqrt(read.mean / height)
-    shared = math.hypot(common / read.mean, recording.drop.height_sd / height)
-    own = e / 2 * read.sd_mean / read.mean
-    found = mean_quantity("apparent_restitution", e, own, e / 2 * shared, "1")
-    return Derived((found,), doubts=(doubt,))

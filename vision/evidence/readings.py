@@ -1,6 +1,7 @@
 """readings.csv → means with sds, n and range, and what follows from them for the
 rig."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -178,6 +179,17 @@ def mean_quantity(
     """A quantity of readings. sd: of the mean, from the scatter; common: sd that
     repeats do not reduce."""
     return Quantity(name, value, float(np.hypot(sd, common)), unit, sd_common=common)
+
+
+def root_of_heights(
+    name: str, read: Summary, common: float, height_mm: float, height_sd_mm: float
+) -> Quantity:
+    """√(h'/h) from the mean of rises h' [mm] after falls of h; common: sd of that mean
+    that repeats do not reduce."""
+    e = math.sqrt(read.mean / height_mm)
+    shared = math.hypot(common / read.mean, height_sd_mm / height_mm)
+    own = read.sd_mean / read.mean
+    return mean_quantity(name, e, e / 2 * own, e / 2 * shared, "1")
 
 
 def rows_alike(
