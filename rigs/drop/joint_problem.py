@@ -166,7 +166,7 @@ def with_own_forces(
     usual = np.full(count, unstated_sd("own-force"))
     own = own_scatter(tuple(made), width + count, usual, True, ODD_FLIGHTS, MOST_OWN)
     times = own.times[:-1]  # of all but what was made of the priors
-    by_name = dict(zip(_filmed(joint), own.sd[0] * times, strict=True))
+    by_name = dict(zip(joint.recordings, own.sd[0] * times, strict=True))
 
     def of_each(names: tuple[str, ...]) -> np.ndarray:
         return np.array([by_name.get(name, own.sd[0]) for name in names])
@@ -210,6 +210,15 @@ class JointModel:
     impacts: ImpactModel | None = None  # None where there are too few
     own_names: tuple[str, ...] = ()
     own_spot: np.ndarray | None = None  # where its globals are
+
+    @property
+    def recordings(self) -> tuple[str, ...]:
+        """Those with flights that can be used, in the order of their rows; then those
+        that were only heard."""
+        named = {n for p in self.parts for n in p.recordings}
+        heard = self.impacts.impacts.names if self.impacts else ()
+        flown = (n for p in self.parts for n in p.model.session.flown)
+        return (*flown, *(n for n in heard if n not in named))
 
     def split(self, starts: np.ndarray, values: np.ndarray):
         """(part, its starts, its values) for every session."""
@@ -319,12 +328,6 @@ def _problem(
     joint: JointModel, names: tuple[str, ...], effects: dict, known: dict[str, float]
 ) -> Problem:
     parts = joint.parts
-    recordings = _filmed(joint)
-    if joint.impacts is not None:
-        struck = joint.impacts.impacts.names
-        recordings = tuple(
-            n for n in struck if n in recordings or n not in _named(joint)
-        )
 
     def unknown_scatter(
         problem: Problem, reduced: tuple[Reduced, ...]
@@ -350,7 +353,7 @@ def _problem(
     )
     return Problem(
         "drop",
-        recordings,
+        joint.recordings,
         effects,
         names,
         known,
@@ -404,23 +407,34 @@ def _reduced(
 ):
     """See Problem.reduce; extra: (K accelerations of each session, K' columns on impact
     rows)."""
-    pushes, struck_columns = (
-        extra if extra is not None else ([None] * len(joint.parts), None)
-    )
+    pushes, struck = extra if extra is not None else ([None] * len(joint.parts), None)
     more = 0 if not pushes or pushes[0] is None else len(pushes[0])
-    width = count + more + (0 if struck_columns is None else len(struck_columns))
-    out: list[Reduced] = []
+    width = count + more + (0 if struck is None else len(struck))
+    rows: dict[str, list[Reduced]] = {n: [] for n in joint.recordings}
     back = []
+
+    def put(name: str, made: Reduced, spot: np.ndarray, first: int) -> None:
+        """Rows with globals that stand at `spot`, and further columns from `first`."""
+        a = np.zeros((len(made.b), width))
+        a[:, spot] = made.a[:, : len(spot)]
+        further = made.a[:, len(spot) :]
+        a[:, first : first + further.shape[1]] = further
+        if name in rows:  # else none of its flights could be used
+            rows[name].append(replace(made, a=a))
+
     for k, (part, own, at) in enumerate(joint.split(starts, values)):
-        made, change = part.reduce(own, at, pushes[k])
-        for r in made:
-            a = np.zeros((len(r.b), width))
-            a[:, joint.spots[k]] = r.a[:, : len(at)]
-            a[:, count : count + more] = r.a[:, len(at) :]
-            out.append(replace(r, a=a))
+        flights, change = part.reduce(own, at, pushes[k])
+        for name, made in zip(part.model.session.flown, flights, strict=True):
+            put(name, made, joint.spots[k], count)
         back.append((joint.spots[k], change))
     if joint.impacts is not None:
-        out = _with_impacts(joint, out, count, width, starts, values, struck_columns)
+        assert joint.own_spot is not None
+        model = joint.impacts_at(starts, values)
+        hits = impact_problem.reduce(
+            model, joint.own_names, np.zeros(0), values[joint.own_spot], struck
+        )[0]
+        for name, made in zip(model.impacts.names, hits, strict=True):
+            put(name, made, joint.own_spot, count + more)
 
     def changed(theta: np.ndarray) -> np.ndarray:
         theta = theta if theta.ndim == 1 else theta[0]
@@ -428,48 +442,17 @@ def _reduced(
             [np.zeros((0, STARTS)), *(change(theta[spot]) for spot, change in back)]
         )
 
-    return tuple(out), changed
+    return tuple(map(_as_one, rows.values())), changed
 
 
-def _with_impacts(
-    joint: JointModel, flights: list[Reduced], count, width, starts, values, columns
-) -> list[Reduced]:
-    """Each recording's rows with those of its impacts; recordings only heard stand
-    last."""
-    assert joint.own_spot is not None
-    model = joint.impacts_at(starts, values)
-    made = impact_problem.reduce(
-        model, joint.own_names, np.zeros(0), values[joint.own_spot], columns
-    )[0]
-    by_name = dict(zip(_filmed(joint), flights, strict=True))
-    out = []
-    for name, hits in zip(model.impacts.names, made, strict=True):
-        if name in _named(joint) and name not in by_name:
-            continue  # none of its flights could be used
-        a = np.zeros((len(hits.b), width))
-        a[:, joint.own_spot] = hits.a[:, : len(joint.own_spot)]
-        if columns is not None:
-            a[:, width - len(columns) :] = hits.a[:, len(joint.own_spot) :]
-        flown = by_name.get(name)
-        if flown is None:
-            out.append(replace(hits, a=a))
-            continue
-        b, smooth = (
-            np.concatenate([flown.b, hits.b]),
-            block_diag(flown.smooth, hits.smooth),
-        )
-        out.append(Reduced(np.vstack([flown.a, a]), smooth, b, None, flown.half_ln_det))
-    return out
-
-
-def _named(joint: JointModel) -> set[str]:
-    return {n for p in joint.parts for n in p.recordings}
-
-
-def _filmed(joint: JointModel) -> tuple[str, ...]:
-    """Recordings with flights, in the order of their rows."""
-    sessions = [p.model.session for p in joint.parts]
-    return tuple(s.names[r] for s in sessions for r in np.unique(s.recording))
+def _as_one(parts: list[Reduced]) -> Reduced:
+    """A recording's rows of flights and of impacts."""
+    return Reduced(
+        np.vstack([r.a for r in parts]),
+        block_diag(*(r.smooth for r in parts)),
+        np.concatenate([r.b for r in parts]),
+        half_ln_det=sum(r.half_ln_det for r in parts),
+    )
 
 
 def session_fits(whole: Fit) -> tuple[Fit, ...]:

@@ -70,6 +70,11 @@ class Session:
         return bool(np.isfinite(self.release).any())
 
     @property
+    def flown(self) -> tuple[str, ...]:
+        """The recordings of which some flight can be used."""
+        return tuple(self.names[r] for r in np.unique(self.recording))
+
+    @property
     def falls(self) -> np.ndarray:
         """(F,): whether a flight is the first one of its recording."""
         return np.diff(self.recording, prepend=-1) > 0
