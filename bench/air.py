@@ -110,6 +110,16 @@ def drag_at(air: Air, speed: float) -> float:
     return air.share * G_M_S2 * shape / speed
 
 
+def drag_of_hops(
+    air: Air, height_m: float | None, hop_s: float = math.nan
+) -> tuple[float, float]:
+    """k [1/m] of a = −k v |v| for a fall from a height and the hops after it, at three
+    quarters of its last speed, and that speed [m/s], without air; where no height is
+    known that of the first hop, which lasts `hop_s`."""
+    fast = math.sqrt(2 * G_M_S2 * height_m) if height_m else G_M_S2 * hop_s / 2
+    return drag_at(air, 0.75 * fast), fast
+
+
 def through_air(
     gap: np.ndarray, height_m: float | None, drag: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

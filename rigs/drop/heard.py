@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from benchtwin.bench.air import air_of, drag_at, through_air
+from benchtwin.bench.air import air_of, drag_of_hops, through_air
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import elongation
 from benchtwin.bench.priors import unstated_sd
@@ -165,10 +165,15 @@ def measure_impacts(
         )
     height = recording.drop.height_mm if first else None
     gap = np.diff(times)
-    drag, drag_sd, said = _drag(recording, float(gap[0]), height)
+    air, height_m = air_of(describe(recording)), height / 1000 if height else None
+    drag, fast = drag_of_hops(air, height_m, float(gap[0]))
+    drag_sd = drag * air.sd / air.share if air.share else 0.0
     bounces = Bounces.of(times, sd, height, drag, drag_sd)
     fall = bounces.with_fall(height, recording) if height else None
-    table, notes = _table(bounces, fall, recording.id), [*notes, *said]
+    table, notes = (
+        _table(bounces, fall, recording.id),
+        [*notes, *air_in_words(air, fast)],
+    )
     e = table.restitution.to_numpy()
     missed, top = _missed_interval(e), float(bounces.value["rise"][0])
     if fall is not None and missed is not None and missed < 2:
@@ -287,18 +292,6 @@ def _even(table: pd.DataFrame) -> str:
     if not len(later) or (later + INSIDE_SDS * sd < 1).any():
         return ""
     return "the intervals do not shrink: are these the impacts of several drops?"
-
-
-def _drag(
-    recording: Recording, gap: float, height: float | None
-) -> tuple[float, float, list[str]]:
-    """k [1/m] of a = −k v |v|, its sd, and a note."""
-    fast = math.sqrt(2e-3 * G_M_S2 * height) if height else G_M_S2 * gap / 2
-    air = air_of(describe(recording))
-    if not air.share:
-        return 0.0, 0.0, []
-    drag = drag_at(air, 0.75 * fast)
-    return drag, drag * air.sd / air.share, air_in_words(air, fast)
 
 
 def _too_low(height: float, gap: float, top: float, e: np.ndarray) -> str:

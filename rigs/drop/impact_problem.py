@@ -409,24 +409,17 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
 
 
 def reduce(
-    model: ImpactModel,
-    names: tuple[str, ...],
-    starts: np.ndarray,
-    values: np.ndarray,
-    extra: np.ndarray | None = None,
-):
-    """See Problem.reduce; there are no locals; extra (K, m)."""
-    at = dict(zip(names, values, strict=True))
-    seen = predict(model, at)
-    columns = []
+    model: ImpactModel, at: dict[str, float], extra: np.ndarray | None = None
+) -> tuple[Reduced, ...]:
+    """Each recording's rows, linearised; extra (K, m): further columns."""
+    seen, columns = predict(model, at), []
     for name, value in at.items():
         usual = IN_IMPACTS[name].prior_sd if name in IN_IMPACTS else 1.0
         step = 1e-3 * NUISANCES.get(name, usual)
         columns.append((predict(model, at | {name: value + step}) - seen) / step)
     a = np.column_stack([*columns, *([] if extra is None else extra)])
-    b = model.y - seen + a[:, : len(values)] @ values
-    made = tuple(
+    b = model.y - seen + a[:, : len(at)] @ np.array([*at.values()])
+    return tuple(
         Reduced(root @ a[own], root @ model.smooth[own], root @ b[own])
         for own, root in model.blocks
     )
-    return made, lambda moved: np.zeros(0)

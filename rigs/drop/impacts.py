@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from benchtwin.bench.air import air_of, drag_at, stated_sizes_mm, through_air
+from benchtwin.bench.air import air_of, drag_of_hops, stated_sizes_mm, through_air
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import ONE_SIZE_LONG, UNKNOWN_LONG, elongation
 from benchtwin.bench.priors import unstated_sd
@@ -194,8 +194,7 @@ def subset(impacts: Impacts, rows: np.ndarray) -> Impacts:
 
 
 def impacts_from_times(tracks) -> Impacts:
-    """From times of successive impacts, and the stated heights. Drag is
-    that at three quarters of the first speed (bench.air.through_air)."""
+    """From times of successive impacts, and the stated heights."""
     rows, flights = [], []
     sds: list[float] = []
     for r, track in enumerate(tracks):
@@ -206,8 +205,7 @@ def impacts_from_times(tracks) -> Impacts:
         )
         height = track.description.get("drop", {}).get("height_mm")
         height_m = height / 1000 if height else None
-        fast = math.sqrt(2 * G_M_S2 * height_m) if height_m else G_M_S2 * hop[0] / 2
-        drag = drag_at(air, 0.75 * fast)
+        drag, _ = drag_of_hops(air, height_m, hop[0])
         arrivals, up, _ = through_air(hop, height_m, drag)
         fall = arrivals[0]
         first = len(sds)

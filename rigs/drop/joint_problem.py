@@ -422,17 +422,16 @@ def _reduced(
         if name in rows:  # else none of its flights could be used
             rows[name].append(replace(made, a=a))
 
-    for k, (part, own, at) in enumerate(joint.split(starts, values)):
-        flights, change = part.reduce(own, at, pushes[k])
+    for k, (part, own, held) in enumerate(joint.split(starts, values)):
+        flights, change = part.reduce(own, held, pushes[k])
         for name, made in zip(part.model.session.flown, flights, strict=True):
             put(name, made, joint.spots[k], count)
         back.append((joint.spots[k], change))
     if joint.impacts is not None:
         assert joint.own_spot is not None
         model = joint.impacts_at(starts, values)
-        hits = impact_problem.reduce(
-            model, joint.own_names, np.zeros(0), values[joint.own_spot], struck
-        )[0]
+        at = dict(zip(joint.own_names, values[joint.own_spot], strict=True))
+        hits = impact_problem.reduce(model, at, struck)
         for name, made in zip(model.impacts.names, hits, strict=True):
             put(name, made, joint.own_spot, count + more)
 

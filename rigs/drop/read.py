@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchtwin.bench.air import air_of, drag_at, hop_s
+from benchtwin.bench.air import air_of, drag_of_hops, hop_s
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.twin.pair import Curve
@@ -199,8 +199,7 @@ def _read_off(
 ) -> SeenTrack:
     """A drop whose rebound was read off as height_mm."""
     told = describe(recording)
-    fast = math.sqrt(2 * G_MM_S2 * recording.drop.height_mm) / 1000
-    drag = drag_at(air_of(told), 0.75 * fast)  # as impacts_from_times has it
+    drag, _ = drag_of_hops(air_of(told), recording.drop.height_mm / 1000)
     lasts = float(hop_s(np.array(height_mm / 1000), drag))
     sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
     return SeenTrack(

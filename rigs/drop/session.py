@@ -8,6 +8,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from benchtwin.bench.air import Air, air_of, stated_sizes_mm
+from benchtwin.bench.ellipsoid import elongation
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.rigs.drop.effects.hooks import View
 from benchtwin.rigs.drop.silhouette_spin import (
@@ -59,7 +60,7 @@ class Session:
     spin_seen: bool
     scale_sd: float
     plumb_sd_deg: float
-    elongation: float  # (length − thickness)/(length + thickness), NaN if not stated
+    elongation: float  # of the stated sizes
     rocking_m: float  # how far a seed may move aside at one contact
     readout_sd_s: float  # of that readout, 0 where it is known
     notes: tuple[str, ...] = ()
@@ -152,7 +153,7 @@ def assemble(
         spin_seen=spin_seen,
         scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
-        elongation=float(np.median([_elongation(d) for d in about])),
+        elongation=float(np.median([elongation(stated_sizes_mm(d)) for d in about])),
         rocking_m=float(np.median([max(_shape_sd(d), LEAST_ROCKING_M) for d in about])),
         readout_sd_s=max(t.readout_sd_s for t in tracks),
         notes=tuple(notes),
@@ -295,15 +296,6 @@ def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.n
     low = np.flatnonzero(up[apex:] < up[0] + margin)
     cut = rows[: apex + int(low[0])] if len(low) else rows
     return cut if len(cut) >= LEAST_ROWS else rows
-
-
-def _elongation(description: dict) -> float:
-    sizes = stated_sizes_mm(description)
-    return (
-        (max(sizes) - min(sizes)) / (max(sizes) + min(sizes))
-        if len(sizes) > 1
-        else float("nan")
-    )
 
 
 def height_sd_mm(description: dict) -> float:

@@ -227,6 +227,12 @@ def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
         return q
     if q.quality == FAILED or not q.sd > 0 or q.unit != o.unit:
         return o
+    return _weighted(q, o)
+
+
+def _weighted(q: Quantity, o: Quantity) -> Quantity:
+    """The mean of a quantity from pictures and from sound; the better one where one is
+    doubtful, with a doubt where they contradict each other."""
     if abs(q.value - o.value) > CONTRADICTION_SDS * np.hypot(q.sd, o.sd):
         better = min((q, o), key=lambda one: (one.quality != GOOD, one.sd))
         return better.doubt(
@@ -283,21 +289,20 @@ def _combine_bounces(
             continue
         last = j
         out.loc[k, ["t_s", "t_sd_s"]] = heard.t_s[j] - shift, heard.t_sd_s[j]
-        one, two = (
+        told = (
             (row.restitution, row.restitution_sd),
-            (heard.restitution[j], heard.restitution_sd[j]),
+            (
+                heard.restitution[j],
+                heard.restitution_sd[j],
+            ),
         )
-        if not np.isfinite([*one, *two]).all():
+        if not np.isfinite(told).all():
             continue
-        weight = np.array([one[1] ** -2, two[1] ** -2])
-        best = np.average([one[0], two[0]], weights=weight), weight.sum() ** -0.5
-        if abs(one[0] - two[0]) > CONTRADICTION_SDS * np.hypot(one[1], two[1]):
-            best = min(one, two, key=lambda e: e[1])
+        best = _weighted(*(Quantity(NORMAL, e, sd, "1") for e, sd in told))
+        if best.reason:
             out.loc[k, "quality"] = DOUBTFUL
-            if k == seen.index[0]:
-                told = plus_minus(*one, "1"), plus_minus(*two, "1")
-                doubt = f"the pictures give {told[0]}, the sound {told[1]}"
-        out.loc[k, ["restitution", "restitution_sd"]] = best
+            doubt = best.reason if k == seen.index[0] else doubt
+        out.loc[k, ["restitution", "restitution_sd"]] = best.value, best.sd
     if last is not None:
         more = heard.iloc[last + 1 :].assign(
             t_s=heard.t_s - shift,
