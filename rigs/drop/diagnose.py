@@ -42,6 +42,7 @@ from benchtwin.rigs.drop.joint_problem import (
 from benchtwin.rigs.drop.nuisances import HEIGHT
 from benchtwin.rigs.drop.track_noise import UNSEEN_M
 from benchtwin.rigs.drop.unlisted import law_of, windows_of
+from benchtwin.vision.motion.least_squares import slopes
 
 RESTITUTION = Contact("restitution", "e", 1.0, "impact")
 # what is unlisted, of another size in each flight
@@ -160,26 +161,16 @@ def restitution(e: Explanation) -> tuple[float, float]:
     struck = joint.impacts_at(e.fit.starts, e.fit.values)
     assert joint.own_spot is not None  # called only with impacts
     at, count = e.fit.values[joint.own_spot], len(struck.e_rows)
-    misread = np.array([is_of_heights(n) for n in joint.own_names])
-    at = np.where(misread, 0.0, at)  # of what happened, not of what was read
+    covariance = e.fit.covariance[np.ix_(joint.own_spot, joint.own_spot)]
+    # of what happened, not of what was read
+    told = np.array([not is_of_heights(n) for n in joint.own_names])
 
     def mean(values: np.ndarray) -> float:
-        return float(
-            impact_problem.predict(
-                struck, dict(zip(joint.own_names, values, strict=True))
-            )[:count].mean()
-        )
+        known = dict(zip(joint.own_names, told * values, strict=True))
+        return float(impact_problem.predict(struck, known)[:count].mean())
 
-    here = mean(at)
-    slope = np.array(
-        [(mean(at + 1e-4 * unit) - here) / 1e-4 for unit in np.eye(len(at))]
-    )
-    slope[misread] = 0.0
-    return here, float(
-        np.sqrt(
-            slope @ e.fit.covariance[np.ix_(joint.own_spot, joint.own_spot)] @ slope
-        )
-    )
+    slope = slopes(mean, at, np.sqrt(np.diag(covariance)))[0]
+    return mean(at), float(np.sqrt(slope @ covariance @ slope))
 
 
 def is_of_heights(name: str) -> bool:
