@@ -30,6 +30,8 @@ examples: $(VENV)/installed        # every other kind of recording, and what els
 	@$(BIN)/benchtwin diagnose samples/concealed-drop --out $(DEMO_OUT)/diagnosed-drop --overwrite
 	@echo "5. Damp seeds on a plate: what does friction follow?"
 	@$(BIN)/benchtwin diagnose samples/damp-slides --out $(DEMO_OUT)/diagnosed-slides --quick --overwrite
+	@echo "6. Heaps of damp beads beside dry ones, and the twin again with liquid between them (some minutes)"
+	@$(BIN)/benchtwin diagnose samples/damp-heaps --out $(DEMO_OUT)/diagnosed-heaps --quick --overwrite
 
 test: $(VENV)/installed            # style, types of the Python interface, documentation, tests: what CI runs
 	$(BIN)/ruff check .

@@ -10,7 +10,6 @@ packing. One core, a minute a bench."""
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,11 +18,10 @@ from pile_emulator import drawn
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.rigs.pile.diagnose import diagnose_pile
-from benchtwin.rigs.pile.heap_outline import outlined
 from benchtwin.rigs.pile.read import SeenPile
+from benchtwin.rigs.pile.simulated_heaps import heap_of
 from benchtwin.sim.engine.step import Stopped
 from benchtwin.twin.job import Job
-from benchtwin.twin.run import run
 
 HEAPS, FIRST = 4, 1000  # of a bench; number of its first rig, none of the table's
 
@@ -78,10 +76,7 @@ CHANGES: dict[str, Callable[[Job], Job]] = {
 
 def heap(job: Job, packing: int, plain: bool) -> SeenPile:
     """One heap as a photo shows it."""
-    recording = job.recording(Path("heap"))
-    rng = np.random.default_rng([*job.rng, packing])
-    motion, _ = run(recording, job.parameters, rng=rng, threads=1)
-    seen = outlined(motion, recording)
+    seen = heap_of(replace(job, rng=(*job.rng, packing)))
     told = seen.description["pile"] | {"plain": plain}
     description = seen.description | {"pile": told, "conditions": {}}
     return replace(seen, recording=f"heap-{packing}", description=description)

@@ -16,12 +16,12 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import gaussian_filter1d
 
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.rigs.pile import heap_priors
 from benchtwin.rigs.pile.flanks import photo_of
-from benchtwin.rigs.pile.heap_outline import outlined
+from benchtwin.rigs.pile.simulated_heaps import heap_of
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
-from benchtwin.twin.run import run
 
 STORE = Path("benchmark-runs/heaps")
 RUNS = 80
@@ -75,10 +75,7 @@ def _rounded(given):
 
 def heap(job: Job, file: Path) -> None:
     """Run one heap and keep its flanks' surfaces."""
-    recording = job.recording(Path("heap"))
-    rng = np.random.default_rng(list(job.rng))
-    motion, _ = run(recording, job.parameters, rng=rng, threads=1)
-    photo = photo_of(outlined(motion, recording))
+    photo = photo_of(heap_of(job))
     kept = [
         {
             "angle_deg": f.angle_deg,
@@ -87,9 +84,7 @@ def heap(job: Job, file: Path) -> None:
         }
         for f in photo.flanks
     ]
-    part = file.with_suffix(".part")
-    part.write_text(json.dumps({"input": job.input, "flanks": kept}))
-    part.replace(file)
+    write_whole(file, json.dumps({"input": job.input, "flanks": kept}))
 
 
 def table_of(heaps: pd.DataFrame) -> pd.DataFrame:

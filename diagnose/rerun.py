@@ -18,6 +18,7 @@ from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
 from benchtwin.infer.power_law import NAMES as LAW_NAMES
 
+TELLING = 10.0  # odds, below which two causes are not told apart
 NO_LAWS: Mapping[str, Effect] = {}
 CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
 
@@ -48,6 +49,10 @@ class Resimulation:
     caption: str = ""
     notes: tuple[str, ...] = ()
     figure: dict | None = None
+    # rms of recordings about the mean of their repeats, of the first quantity
+    repeats: float | None = None
+    # what else explains, and how many times as likely the effects are
+    rival: tuple[str, float] | None = None
 
     def total(self, by: str = "track") -> tuple[float, float, str, str]:
         """Root mean square of the first quantity: before, after, unit, quantity."""
@@ -75,6 +80,10 @@ class Resimulation:
             f"the twin is off by {after:.2g}{unit} where it was off by"
             f" {before:.2g}{unit}"
         )
+        if self.repeats is not None:
+            what += (
+                f", and repeats are off each other's mean by {self.repeats:.2g}{unit}"
+            )
         confirmed = (
             ""
             if after < CONFIRMED_RATIO * before
@@ -82,7 +91,21 @@ class Resimulation:
         )
         of_law = set(self.effects) <= set(LAW_NAMES)
         how = "with this law" if of_law else f"so that {self.change}"
-        return f"run again {how}, {what} ({quantity}{held}){confirmed}"
+        return f"run again {how}, {what} ({quantity}{held}){confirmed}{self._rival()}"
+
+    def _rival(self) -> str:
+        if self.rival is None:
+            return ""
+        other, odds = self.rival
+        if odds >= TELLING:
+            return (
+                f"; simulated ones make it {odds:.2g} times as likely as that {other}"
+            )
+        if odds <= 1 / TELLING:
+            return (
+                f"; simulated ones make it {1 / odds:.2g} times likelier that {other}"
+            )
+        return f"; whether {other} instead, simulated ones do not tell"
 
     def to_json(self) -> dict:
         """The entry "twin" of diagnosis.json."""
@@ -99,6 +122,8 @@ class Resimulation:
                 "unit": unit,
                 "rmse_before": before,
                 "rmse_after": after,
+                "rmse_repeats": self.repeats,
+                "rival": self.rival,
             }
         return out | {"recordings": [vars(c) for c in self.compared]}
 

@@ -1,12 +1,15 @@
-"""Heaps run again in the DEM, with the friction that gives the recorded angle, and an
-effect.
+"""Heaps run again in the DEM, without and with an effect.
 
-The response to friction and effect is interpolated from a few heaps with equal
-packings. Both are fitted to half of the recordings and compared with the other half.
+What nobody states of a heap (simulated_heaps.UNKNOWNS) and the effect's strength are
+drawn together, a heap is simulated for each draw, and what it shows becomes a quadratic
+of them (response.Quadratic). Settings without and with the effect are fitted to half of
+the recordings, simulated, and compared with the other half.
 """
 
 import shutil
-from dataclasses import dataclass, replace
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -16,61 +19,41 @@ from benchtwin.diagnose.rerun import Comparison, Resimulation
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of
-from benchtwin.rigs.pile.heap_priors import PACKING_SD
+from benchtwin.rigs.pile.heap_twin import (
+    Added,
+    Rig,
+    added_to,
+    fitted,
+    is_plain,
+    odds_over_friction,
+    responding,
+    strength,
+)
 from benchtwin.rigs.pile.read import SeenPile, read_piles
 from benchtwin.rigs.pile.simulated_heaps import (
     AT,
-    SOYBEAN_MM,
+    UNKNOWNS,
     HeapSettings,
     Shape,
+    heap_job,
+    heap_of,
     shape_of,
-    simulate_heap,
-    simulation_inputs,
 )
+from benchtwin.sim.engine.step import Stopped
+from benchtwin.sim.lammps.program import cores_here
+from benchtwin.twin.job import Job
 from benchtwin.twin.paths import beside
-from benchtwin.twin.run import simulate
 
-FRICTIONS = (0.55, 0.25)  # the soybean paper's, and less
-LEAST, MOST = 0.1, 1.0  # of friction
-PACKINGS = 2
-MOST_KINDS = 2  # of heaps with different stated quantities
+FRICTION = "seed-friction"
+PACKINGS, TRIES = 2, 5  # of a heap; where some are stopped
+HEAP = "heap"  # folder of its recording
+MOST_RIGS = 2
 HOW = (
-    f"friction between seeds lets old and new twin fit as well as each can; {PACKINGS}"
-    " packings each, their mean; surfaces are compared in shares of the flank's base,"
-    " so that its steepness counts as well as its form"
+    "friction and rolling friction between seeds, friction on the plate and, if not"
+    " stated, the gate's speed let old and new twin fit as well as each can;"
+    f" {PACKINGS} packings each, their mean; surfaces are compared in shares of the"
+    " flank's base, so that its steepness counts as well as its form"
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Kind:
-    """Recordings with equal stated quantities; shapes simulated at FRICTIONS and at
-    strengths."""
-
-    recordings: tuple[SeenPile, ...]
-    frictions: tuple[Shape, ...]
-    strengths: tuple[Shape, ...]
-
-    @property
-    def plain(self) -> bool:
-        """Whether their seeds are known not to show an effect."""
-        return self.recordings[0].description.get("pile", {}).get("plain", False)
-
-    def shape(
-        self, friction: float, strength: float, levels: tuple[float, ...]
-    ) -> Shape:
-        """Interpolated linearly between the simulated heaps."""
-        (one, two), (at_one, at_two) = self.frictions, FRICTIONS
-        share = (friction - at_one) / (at_two - at_one)
-        surface = one.surface + share * (two.surface - one.surface)
-        angle = one.angle_deg + share * (two.angle_deg - one.angle_deg)
-        steps = np.array([0.0, *levels])
-        strength = 0.0 if self.plain else strength
-        more = np.array([s.surface - self.strengths[0].surface for s in self.strengths])
-        surface = surface + np.array(
-            [np.interp(strength, steps, column) for column in more.T]
-        )
-        angles = [s.angle_deg - one.angle_deg for s in self.strengths]
-        return Shape(surface, angle + float(np.interp(strength, steps, angles)))
 
 
 def resimulate(
@@ -85,140 +68,106 @@ def resimulate(
         for r in recordings
         if {r.recording, r.recording.rpartition("/")[0]} & used and photo_of(r).flanks
     ]
-    seeds = [r.description.get("seed", {}) for r in seen]
-    seed_mm = float(np.mean([s.get("length_mm", SOYBEAN_MM[0]) for s in seeds]))
-    groups: dict[tuple, list[SeenPile]] = {}
-    for r in seen:
-        groups.setdefault(photo_of(r).stated, []).append(r)
-    chosen = sorted(groups.values(), key=len, reverse=True)[:MOST_KINDS]
+    added = added_to(seen, effect)
+    chosen = _of_one_rig(seen)[:MOST_RIGS]
     for group in chosen:  # refused before anything runs
-        for strength in (0.0, *EFFECTS[effect].law.strengths):
-            simulation_inputs(
-                group[0].description,
-                HeapSettings(FRICTIONS[0], effect, strength),
-                seed_mm,
-            )
-    kinds = [
-        _responses(group, effect, seed_mm, f"kind {k + 1} of {len(chosen)}", say)
-        for k, group in enumerate(chosen)
-    ]
+        for corner in np.eye(len(UNKNOWNS) + 1)[[0, -1]]:
+            heap_job(group[0].description, added.settings(corner), added.seed_mm, 0)
+    rigs = [responding(tuple(group), added, folder / "heaps", say) for group in chosen]
+    held_out = all(len(g) > 1 for rig in rigs for g in rig.groups(None))
     rows: list[Comparison] = []
     shown: list[tuple[tuple[SeenPile, ...], Shape, Shape, Path]] = []
-    values: list[float] = []
-    halves = (0, 1) if len(seen) > 1 else (0,)
-    for half in halves:
-        settings = [_fitted(kinds, half, effect, free) for free in (False, True)]
-        values.append(settings[1].strength)
-        for k, kind in enumerate(kinds):
-            if not (mine := kind.recordings[half :: len(halves)]):
-                continue
-            say(
-                f"pile: running the twin again, half {half + 1}, kind {k + 1} of"
-                f" {len(kinds)}"
-            )
-            at = folder / f"half-{half + 1}-kind-{k + 1}"
-            old, new = (
-                _run(
-                    kind,
-                    setting_,
-                    seed_mm,
-                    at.with_name(f"{at.name}-{which}"),
-                    pictures,
+    for half in (0, 1) if held_out else (None,):
+        fitted_to = None if half is None else 1 - half
+        settings = [fitted(rigs, fitted_to, added, free) for free in (False, True)]
+        for rig in rigs:
+            for group in rig.groups(half):
+                say(f"pile: running the twin again, {len(shown) + 1}")
+                at = folder / f"twin-{len(shown) + 1}"
+                old, new = (
+                    _run(group[0], s, added.seed_mm, Path(f"{at}-{which}"), pictures)
+                    for which, s in zip(("old", "new"), settings, strict=True)
                 )
-                for which, setting_ in zip(("old", "new"), settings, strict=True)
-            )
-            rows += _compared(mine, old, new, "pictures" if pictures else "outline")
-            shown.append((mine, old, new, at))
+                rows += _compared(
+                    group, old, new, "pictures" if pictures else "outline"
+                )
+                shown.append((group, old, new, at))
     counterpart = EFFECTS[effect].counterpart
     assert counterpart is not None  # checked by rerun.reason_not_simulated
-    change = counterpart.what.format(value=f"{np.mean(values):.2g}")
-    figure = _figure(*shown[0][:3])
+    change = counterpart.what.format(value=strength(rigs, added))
+    most_moved = max(shown, key=lambda s: abs(s[2].angle_deg - s[1].angle_deg))
+    figure = _figure(*most_moved[:3])
     again = Resimulation(
-        "pile", (effect,), change, HOW, tuple(rows), len(seen) > 1, figure=figure
+        "pile",
+        (effect,),
+        change,
+        HOW,
+        tuple(rows),
+        held_out,
+        figure=figure,
+        repeats=_scatter([g for rig in rigs for g in rig.groups(None)]),
+        rival=_rival(finding, rigs, added),
     )
-    return _pictured(again, shown[0][3]) if pictures else again
+    return _pictured(again, most_moved[3]) if pictures else again
 
 
-def _responses(
-    group: list[SeenPile], effect: str, seed_mm: float, which: str, say
-) -> Kind:
-    """Shapes of heaps with less friction and with the effect, all of the same
-    packings."""
-
-    def ran(friction: float, strength: float) -> Shape:
-        say(
-            f"pile: what friction and {effect} do, {which}: friction {friction:g},"
-            f" strength {strength:g}"
-        )
-        settings = HeapSettings(friction, effect, strength)
-        told = group[0].description
-        heaps = [simulate_heap(told, settings, seed_mm, p) for p in range(PACKINGS)]
-        return shape_of(heaps)
-
-    usual = ran(FRICTIONS[0], 0.0)
-    strengths = tuple(ran(FRICTIONS[0], s) for s in EFFECTS[effect].law.strengths)
-    return Kind(tuple(group), (usual, ran(FRICTIONS[1], 0.0)), (usual, *strengths))
+def _of_one_rig(seen: list[SeenPile]) -> list[list[SeenPile]]:
+    """Recordings by equal [seed] and [pile], plain or not; most recordings first."""
+    rigs: list[tuple[tuple, list[SeenPile]]] = []
+    for r in seen:
+        pile = {k: v for k, v in r.description.get("pile", {}).items() if k != "plain"}
+        own = (r.description.get("seed", {}), pile)
+        same = next((group for stated, group in rigs if stated == own), None)
+        if same is None:
+            rigs.append((own, same := []))
+        same.append(r)
+    return sorted((group for _, group in rigs), key=len, reverse=True)
 
 
-def _fitted(kinds: list[Kind], left_out: int, effect: str, free: bool) -> HeapSettings:
-    """Friction, and with `free` the strength, that fit the recordings of the other half
-    best."""
-    levels = EFFECTS[effect].law.strengths
-    many = sum(len(kind.recordings) for kind in kinds) > 1
-    targets = [
-        (kind, shape_of(list(part)))
-        for kind in kinds
-        if (part := kind.recordings[1 - left_out :: 2] if many else kind.recordings)
-    ]
-    strengths = (
-        np.linspace(0.0, levels[-1], 31) if len(levels) > 1 else np.array([levels[-1]])
-    )
-    best = (np.inf, FRICTIONS[0], 0.0)
-    for strength in strengths if free else (0.0,):
-        for friction in np.linspace(LEAST, MOST, 37):
-            off = sum(
-                _misfit(kind.shape(friction, strength, levels), target)
-                for kind, target in targets
-            )
-            best = min(best, (off, float(friction), float(strength)))
-    return HeapSettings(best[1], effect, best[2])
-
-
-def _misfit(twin: Shape, target: Shape) -> float:
-    """Mean square over the surface plus that of the angle, in sds of packings."""
-    gap = (twin.surface - target.surface) / PACKING_SD["crest"]
-    return (
-        float(np.nanmean(gap**2))
-        + ((twin.angle_deg - target.angle_deg) / PACKING_SD["angle"]) ** 2
-    )
+def _rival(finding: Finding, rigs: list[Rig], added: Added) -> tuple[str, float] | None:
+    """Another friction between seeds, where it is as well possible and heaps of plain
+    seeds could show it, with how many times as likely the effect is."""
+    kinds = {is_plain(r) for rig in rigs for r in rig.recordings}
+    if FRICTION not in finding.names or added.effect == FRICTION or len(kinds) < 2:
+        return None
+    return EFFECTS[FRICTION].wording[0], odds_over_friction(rigs, added)
 
 
 def _run(
-    kind: Kind, settings: HeapSettings, seed_mm: float, out: Path, pictures: bool
+    like: SeenPile, settings: HeapSettings, seed_mm: float, out: Path, pictures: bool
 ) -> Shape:
-    description = kind.recordings[0].description
-    settings = replace(settings, strength=0.0) if kind.plain else settings
-    if not pictures:
-        packings = range(PACKINGS, 2 * PACKINGS)
-        heaps = [simulate_heap(description, settings, seed_mm, p) for p in packings]
-        return shape_of(heaps)
-    shutil.rmtree(out, ignore_errors=True)
-    recording, parameters = simulation_inputs(description, settings, seed_mm)
-    for p in range(PACKINGS):
-        at = out / f"pile-{p + 1}"
-        at.parent.mkdir(parents=True, exist_ok=True)
-        simulate(
-            "pile",
-            parameters,
-            rng=np.random.default_rng([5, PACKINGS + p]),
-            out=at,
-            like=recording,
-            threads=1,
-        )
-    seen = read_piles(out)
-    if trouble := [s.trouble for s in seen if s.trouble]:
-        raise ValueError(f"the twin's photo cannot be measured: {trouble[0]}")
-    return shape_of(seen)
+    """Heaps as `like` by these settings; plain seeds without the effect."""
+    settings = replace(settings, strength=0.0) if is_plain(like) else settings
+
+    def heap(p: int) -> SeenPile | None:
+        job = heap_job(like.description, settings, seed_mm, p, rendered=pictures)
+        return _heap(job, out / f"{p + 1}")
+
+    with ThreadPoolExecutor(cores_here()) as pool:
+        # pictures are drawn in one thread
+        spread = map if pictures else pool.map
+        heaps = [h for h in spread(heap, range(PACKINGS)) if h]
+        more = filter(None, map(heap, range(PACKINGS, TRIES)))
+        heaps += islice(more, PACKINGS - len(heaps))
+    if not heaps:
+        raise ValueError(f"the engine stopped all of {TRIES} heaps: seeds too soft")
+    return shape_of(heaps)
+
+
+def _heap(job: Job, out: Path) -> SeenPile | None:
+    """One heap, from its photo if that is drawn; None where the engine stopped."""
+    try:
+        if not job.rendered:
+            return heap_of(job)
+        if not job.is_done(out / HEAP):
+            shutil.rmtree(out, ignore_errors=True)
+        job.run(out / HEAP, threads=1)
+    except Stopped:
+        return None
+    (seen,) = read_piles(out)
+    if seen.trouble:
+        raise ValueError(f"the twin's photo cannot be measured: {seen.trouble}")
+    return seen
 
 
 def _compared(recordings, old: Shape, new: Shape, by: str) -> list[Comparison]:
@@ -239,6 +188,17 @@ def _compared(recordings, old: Shape, new: Shape, by: str) -> list[Comparison]:
             Comparison(r.recording, "angle of the flank", "°", before, after, by)
         )
     return rows
+
+
+def _scatter(groups: list[tuple[SeenPile, ...]]) -> float | None:
+    """rms of each recording's surface about the mean of its repeats'; None without
+    any."""
+    off = []
+    for group in groups:
+        for k, own in enumerate(group if len(group) > 1 else ()):
+            others = shape_of([*group[:k], *group[k + 1 :]])
+            off.append(_over_base(shape_of([own])) - _over_base(others))
+    return float(np.sqrt(np.mean([np.nanmean(o**2) for o in off]))) if off else None
 
 
 def _over_base(shape: Shape) -> np.ndarray:
@@ -266,7 +226,7 @@ def _figure(recordings, old: Shape, new: Shape) -> dict:
 def _pictured(again: Resimulation, at: Path) -> Resimulation:
     """`again` with both simulations' photos side by side."""
     files = [
-        at.with_name(f"{at.name}-{which}") / "pile-1" / "photo.png"
+        at.with_name(f"{at.name}-{which}") / "1" / HEAP / "photo.png"
         for which in ("old", "new")
     ]
     photos = [

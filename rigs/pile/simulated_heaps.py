@@ -1,6 +1,7 @@
 """Simulated heaps of a recorded rig, with an effect; of a wide box a slice."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -9,25 +10,33 @@ from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.rigs.pile.heap_outline import outlined
 from benchtwin.rigs.pile.read import SeenPile
+from benchtwin.twin.job import Job
 from benchtwin.twin.parameters import Parameters
-from benchtwin.twin.paths import like
 from benchtwin.twin.run import run
 
 SOYBEAN_MM, DENSITY = (8.72, 6.84, 5.98), 1250.0  # where a recording states neither
 # slice in seed lengths; number of seeds simulated in half a minute; packing
 SLICE = 3.5
-MOST_SEEDS = 1200
+MOST_SEEDS = 3000
 PACKED = 0.62
 FILL_MM, PX_MM = 60.0, 0.1
+GATE = "gate_speed_mm_s"
 AT = np.arange(0.05, 1.3, 0.025)  # of the flank's way, where surfaces are compared
+# what a heap hangs on and nobody states, and between what it lies: Parameters, and a
+# gate's speed, which may be stated
+UNKNOWNS = {
+    "seed_static_friction": (0.1, 0.9),
+    "seed_rolling_friction": (0.005, 0.12),
+    "static_friction": (0.1, 0.6),
+    GATE: (30.0, 2000.0),
+}
 
 
 @dataclass(frozen=True)
 class HeapSettings:
-    """friction: static, between seeds; effect at a strength (Law.strengths), 0: as
-    stated."""
+    """Values of UNKNOWNS, and an effect at a strength (Law.strengths), 0: as stated."""
 
-    friction: float
+    unknown: dict[str, float]
     effect: str
     strength: float
 
@@ -41,9 +50,16 @@ class Shape:
     angle_deg: float
 
 
-def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float):
-    """(recording to be like, parameters) of a heap; ValueError without a feasible
-    rig."""
+def heap_job(
+    description: dict,
+    settings: HeapSettings,
+    seed_mm: float,
+    packing: int,
+    *,
+    rendered: bool = False,
+) -> Job:
+    """A heap of a recorded rig; ValueError where it cannot be run. Equal `packing`,
+    equal seeds; seed_mm: mean length of all recordings' seeds."""
     stated = description.get("pile", {})
     told = description.get("seed", {})
     sizes = [told.get(f"{n}_mm") for n in ("length", "width", "thickness")]
@@ -53,15 +69,18 @@ def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float)
     seed["density_kg_m3"] = told.get("density_kg_m3", DENSITY)
     twin = EFFECTS[settings.effect].law.twin
     assert twin is not None  # effects with a counterpart have one
+    unknown = {name: float(f"{v:.4g}") for name, v in settings.unknown.items()}
+    speed = {GATE: unknown.pop(GATE)}
     seed, pile, laws = twin(
-        seed | {"mean_mm": mean_mm}, _rig(stated, seed), stated, settings.strength
+        seed | {"mean_mm": seed_mm},
+        speed | _rig(stated, seed),
+        stated,
+        settings.strength,
     )
     del seed["mean_mm"]
     box = pile.get("box_mm")
     base = box[0] * box[1] if box else np.pi / 4 * pile["cylinder_mm"][0] ** 2
-    axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
-    volume_mm3 = ellipsoid_volume(*axes_mm)
-    count = PACKED * base * pile["fill_height_mm"] / volume_mm3
+    count = PACKED * base * pile["fill_height_mm"] / _volume_mm3(seed)
     if count > MOST_SEEDS:
         said = f"a heap of about {count:.0f} seeds takes too long"
         raise ValueError(f"{said}; up to {MOST_SEEDS} are run again")
@@ -76,24 +95,20 @@ def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float)
             0.5 * pile["fill_height_mm"],
         ],
     }
-    made = like(
-        "pile",
-        {
-            "seed": seed,
-            "pile": pile,
-            "camera": camera,
-            "air": description.get("air", {}),
-        },
-    )
-    return made, Parameters(
-        seed_static_friction=float(f"{settings.friction:.4g}"), laws=laws
-    )
+    told = {
+        "seed": seed,
+        "pile": pile,
+        "camera": camera,
+        "air": description.get("air", {}),
+    }
+    parameters = Parameters(laws=laws, **unknown)
+    return Job("pile", parameters, told, (5, packing), rendered=rendered)
 
 
 def _rig(stated: dict, seed: dict) -> dict:
-    """[pile] of the simulation: a cylinder and a channel as they are, a slice of a
-    box."""
-    kept = {k: stated[k] for k in ("gate_speed_mm_s", "photo_s") if k in stated}
+    """[pile] of the simulation: a cylinder and a channel as they are, a slice of a box
+    and of a channel of too many seeds."""
+    kept = {k: stated[k] for k in (GATE, "photo_s") if k in stated}
     fill = stated.get("fill_height_mm", FILL_MM)
     if "cylinder_mm" in stated:
         cylinder = stated["cylinder_mm"]
@@ -109,12 +124,13 @@ def _rig(stated: dict, seed: dict) -> dict:
             " rig to run again"
         )
     x, width, z = stated["box_mm"]
-    if "channel_mm" in stated:
+    whole = PACKED * x * width * min(fill, z)
+    if "channel_mm" in stated and whole <= MOST_SEEDS * _volume_mm3(seed):
         box = {n: stated[n] for n in ("box_mm", "gate_mm", "channel_mm") if n in stated}
         floor = {"plate_mm": stated["channel_mm"], "gate_mm": [width, z]}
         return kept | floor | box | {"fill_height_mm": min(fill, z)}
     slab = min(width, SLICE * seed["length_mm"])
-    plate = stated.get("plate_mm", [2 * x])[0]
+    plate = stated.get("channel_mm", stated.get("plate_mm", [2 * x]))[0]
     box = {
         "box_mm": [x, slab, z],
         "gate_mm": [slab, z],
@@ -124,15 +140,16 @@ def _rig(stated: dict, seed: dict) -> dict:
     return kept | box | {"fill_height_mm": min(fill, z)}
 
 
-def simulate_heap(
-    description: dict, settings: HeapSettings, seed_mm: float, packing: int
-) -> SeenPile:
-    """One simulated heap with its outline as in a photo; equal `packing`, equal
-    seeds."""
-    recording, parameters = simulation_inputs(description, settings, seed_mm)
-    motion, _ = run(
-        recording, parameters, rng=np.random.default_rng([5, packing]), threads=1
-    )
+def _volume_mm3(seed: dict) -> float:
+    axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
+    return ellipsoid_volume(*axes_mm)
+
+
+def heap_of(job: Job) -> SeenPile:
+    """The simulated heap with its outline as in a photo."""
+    recording = job.recording(Path("heap"))
+    rng = np.random.default_rng(list(job.rng))
+    motion, _ = run(recording, job.parameters, rng=rng, threads=1)
     return outlined(motion, recording)
 
 

@@ -98,7 +98,7 @@ EFFECTS = (
         counterpart=Counterpart(
             "the box has its own sides, with friction, in place of smooth ones"
         ),
-        law=Law(surface=middle, weight=_WIDTH, twin=_walled, strengths=(1.0,)),
+        law=Law(surface=middle, weight=_WIDTH, twin=_walled, stepless=False),
     ),
     *_loose("wall-friction", _WALLS, _WIDTH),
     *further(
@@ -127,7 +127,7 @@ EFFECTS = (
         counterpart=Counterpart(
             "seeds are longer by {value} of their length, at the same volume"
         ),
-        law=Law(surface=middle, twin=_longer, strengths=(0.15, 0.35)),
+        law=Law(surface=middle, twin=_longer, most=lambda seeds_high: 0.35),
     ),
     *_loose("particle-shape", _GRAINS, as_stated()),
     *further(

@@ -25,9 +25,8 @@ _TIME = as_stated(photo_s=1.0)
 # toe drawn out, and flank flattened [deg], per fall of the crest
 TOE = 0.5
 FLATTER_DEG = 20.0
-# how far a film is drawn out, of a seed's width; a gate of which nothing is stated
-RUPTURE = 0.01
-GATE_MM_S = 50.0
+STRONGEST = 0.1  # pull of a neck over the weight of all seeds above it
+NECK = 0.1  # its length when it breaks, of a seed's diameter
 _FILM = (
     "a film's pull ∝ d, a seed's weight ∝ d³: the stress it holds ∝ 1/d, over that of a"
     " heap's weight ∝ 1/(d H)"
@@ -42,32 +41,27 @@ def _seen_in_turn(photos: tuple) -> np.ndarray:
     return np.full(len(photos), float(any(np.isfinite(p.creep_deg) for p in photos)))
 
 
-def _film(
+def _bridges(
     seed: dict, pile: dict, stated: dict, strength: float
 ) -> tuple[dict, dict, dict]:
-    """A film that pulls at strength 1 with the weight of a seed of mean length, ∝
-    size."""
+    """Liquid whose necks pull at strength 1 with the weight of a seed of mean length,
+    π d γ = m g, and as strongly ∝ d on others; V^⅓ = NECK d."""
     axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
     volume_mm3 = ellipsoid_volume(*axes_mm)
-    pull = (
-        strength
-        * 1e-9
-        * G_M_S2
-        * volume_mm3
-        * seed["density_kg_m3"]
-        * (seed["mean_mm"] / seed["length_mm"]) ** 2
-    )
-    film = {
-        "pull": float(f"{pull:.6g}"),
-        "rupture": 1e-3 * RUPTURE * seed["width_mm"],
+    mean = seed["mean_mm"] / seed["length_mm"]
+    d_m = 1e-3 * np.cbrt(6 / np.pi * volume_mm3)
+    weight = 1e-9 * G_M_S2 * volume_mm3 * seed["density_kg_m3"] * mean**3
+    bridge = {
+        "surface_tension": float(f"{strength * weight / (np.pi * mean * d_m):.6g}"),
+        "volume": float(f"{(NECK * d_m) ** 3:.6g}"),
     }
-    return seed, pile, {"film_adhesion": film}
+    return seed, pile, {"liquid_bridge": bridge}
 
 
 def _faster(
     seed: dict, pile: dict, stated: dict, strength: float
 ) -> tuple[dict, dict, dict]:
-    speed = pile.get("gate_speed_mm_s", GATE_MM_S) * (1 + strength)
+    speed = pile["gate_speed_mm_s"] * (1 + strength)
     return seed, pile | {"gate_speed_mm_s": speed}, {}
 
 
@@ -94,9 +88,14 @@ EFFECTS = (
             " for more the smaller they are"
         ),
         counterpart=Counterpart(
-            "a film between seeds pulls with {value} of a seed's weight"
+            "liquid between seeds pulls with {value} of a seed's weight"
         ),
-        law=Law(angle_deg=1.0, weight=_SIZE, twin=_film, strengths=(0.25, 0.5)),
+        law=Law(
+            angle_deg=1.0,
+            weight=_SIZE,
+            twin=_bridges,
+            most=lambda seeds_high: STRONGEST * seeds_high,
+        ),
     ),
     *ends("cohesion", _FILM, _SIZE),
     HeapEffect(
@@ -119,7 +118,7 @@ EFFECTS = (
         counterpart=Counterpart(
             "the gate moves faster than stated by {value} of its speed"
         ),
-        law=_rounder(1.0, _SPEED, twin=_faster, strengths=(1.0, 3.0)),
+        law=_rounder(1.0, _SPEED, twin=_faster, most=lambda seeds_high: 3.0),
     ),
     *further(
         "gate-speed",

@@ -49,7 +49,9 @@ class Law:
     weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))  # (R,)
     known_deg: Callable[[tuple], float] | None = None  # (photos) → sd on a good bench
     twin: Callable[[dict, dict, dict, float], tuple[dict, dict, dict]] | None = None
-    strengths: tuple[float, ...] = ()  # at which heaps are simulated
+    # strength up to which heaps are simulated, of a filling so many seeds high
+    most: Callable[[float], float] = lambda seeds_high: 1.0
+    stepless: bool = True  # or there or not
 
 
 @dataclass(frozen=True)

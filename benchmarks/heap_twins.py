@@ -1,0 +1,118 @@
+"""Twins of heaps in bench folders of plain seeds and of others ([pile] plain): how far
+off are heaps that were left out, without and with an effect, beside what repeats
+differ by? And do predictions of plain heaps hold, calibrated by the others?
+
+    python benchmarks/heap_twins.py EFFECT BENCH [BENCH ...]
+
+Some minutes a bench; simulated heaps, and pictures of outlines, are kept in
+benchmark-runs/, and heaps there are not run again. The last columns: share of 95 %
+intervals (angle, heights of the surface) that hold a plain heap, given the other plain
+ones; and given those of the bench before."""
+
+import argparse
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+from benchtwin.diagnose.rerun import Resimulation
+from benchtwin.rigs.pile.heap_twin import (
+    Added,
+    Rig,
+    added_to,
+    is_plain,
+    posterior,
+    responding,
+    shows,
+)
+from benchtwin.rigs.pile.read import SeenPile, read_piles
+from benchtwin.rigs.pile.resimulation import resimulate
+from benchtwin.rigs.pile.simulated_heaps import shape_of
+from benchtwin.twin.bench_folder import Observed
+
+STORE = Path("benchmark-runs/heap-twins")
+
+
+def intervals(
+    plain: list[SeenPile], told: Rig, responses, added: Added
+) -> tuple[np.ndarray, np.ndarray]:
+    """95 % of what one more heap of plain seeds shows, by these responses, given the
+    heaps `plain` of the rig `told`."""
+    draws = posterior([Rig(tuple(plain), told.responses)], added)
+    draws[:, -1] = 0.0
+    rng, shown = np.random.default_rng(1), []
+    for response in responses:
+        mean, variance = response.at(draws)
+        sd = np.sqrt(variance + response.packing_sd**2)
+        shown.append(np.quantile(rng.normal(mean, sd), [0.025, 0.975]))
+    return tuple(np.array(shown).T)
+
+
+def held(heap: SeenPile, low: np.ndarray, high: np.ndarray) -> list[bool]:
+    shown = shows(shape_of([heap]))
+    seen = np.isfinite(shown)
+    return ((low <= shown) & (shown <= high))[seen].tolist()
+
+
+def drawn(again: Resimulation, file: Path) -> None:
+    """The mean outline of one kind of heaps that were left out, and its twins'."""
+    plt.rcParams["font.size"] = 8
+    figure, axes = plt.subplots(figsize=(7, 3.8), layout="constrained")
+    styles = dict(zip(again.figure["points"], ("k.", "C1--", "C0-"), strict=True))
+    for name, (x, y) in again.figure["points"].items():
+        axes.plot(x, y, styles[name], label=name)
+    axes.set(xlabel=again.figure["x"], ylabel=again.figure["y"])
+    axes.legend()
+    figure.savefig(file, dpi=110)
+
+
+def twin_of(bench: Path, effect: str, before: tuple | None) -> tuple[dict, tuple]:
+    """One row of the table, and (plain heaps, rig, effect) for the next."""
+    read = read_piles(Observed.under(bench).with_rigs())
+    seen = [s for s in read if not s.trouble]
+    plain = [s for s in seen if is_plain(s)]
+    names = tuple(s.recording for s in seen)
+    asked = SimpleNamespace(modelled=(effect,), recordings=names)
+    again = resimulate(asked, seen, STORE, False, print)
+    added = added_to(seen, effect)
+    rig = responding(tuple(seen), added, STORE / "heaps", print)
+    own = [
+        ok
+        for k, heap in enumerate(plain)
+        for ok in held(
+            heap, *intervals([*plain[:k], *plain[k + 1 :]], rig, rig.responses, added)
+        )
+    ]
+    other = []
+    if before is not None:
+        box = intervals(before[0], before[1], rig.responses, before[2])
+        other = [ok for heap in plain for ok in held(heap, *box)]
+    off_before, off_after, *_ = again.total()
+    drawn(again, STORE / f"{bench.name}.png")
+    row = {
+        "bench": bench.name,
+        "off without": round(off_before, 4),
+        "off with": round(off_after, 4),
+        "repeats": round(again.repeats, 4),
+        "change": again.change,
+        "own": f"{sum(own)} of {len(own)}",
+        "other": f"{sum(other)} of {len(other)}",
+    }
+    return row, (plain, rig, added)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("effect")
+    parser.add_argument("benches", type=Path, nargs="+")
+    told = parser.parse_args()
+    before, rows = None, []
+    for bench in told.benches:
+        row, before = twin_of(bench, told.effect, before)
+        rows.append(row)
+        print(row, flush=True)
+    print(pd.DataFrame(rows).to_string(index=False))

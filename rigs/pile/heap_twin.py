@@ -1,0 +1,247 @@
+"""What a heap that nobody filmed would show: heaps simulated at drawn values of what is
+not known (simulated_heaps.UNKNOWNS) and of an effect's strength, a quadratic through
+them (response.Quadratic), and what recordings say of both by it."""
+
+import json
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import emcee
+import numpy as np
+from scipy import optimize
+from scipy.special import logsumexp
+from scipy.stats import qmc
+
+from benchtwin.bench.whole_file import write_whole
+from benchtwin.rigs.pile.effects import EFFECTS
+from benchtwin.rigs.pile.effects.shapes import Law
+from benchtwin.rigs.pile.read import SeenPile
+from benchtwin.rigs.pile.response import Quadratic, quadratic
+from benchtwin.rigs.pile.simulated_heaps import (
+    AT,
+    FILL_MM,
+    SOYBEAN_MM,
+    UNKNOWNS,
+    HeapSettings,
+    Shape,
+    heap_job,
+    heap_of,
+    shape_of,
+)
+from benchtwin.sim.engine.step import Stopped
+from benchtwin.sim.lammps.program import cores_here
+from benchtwin.twin.job import Job
+
+RUNS = 40  # heaps from which a rig's response is read
+LEAST_RUNS = 24  # of these with a flank
+FIRST = 100  # packing of the first of RUNS
+STANDS_DEG = 60.0  # steeper than that a column stands, and is no heap
+# of the flank's way, over which a surface's height is averaged
+WINDOWS = ((0.05, 0.2), (0.4, 0.6), (0.8, 1.0), (1.0, 1.25))
+DRAWS = 2**13  # of the unknowns, from which fits start
+WALKERS, STEPS = 48, 1500  # of the sampler
+EVIDENCE_DRAWS = 16  # 2 to that many
+# what another friction between seeds changes
+OF_SEEDS = ("seed_static_friction", "seed_rolling_friction")
+
+
+def is_plain(seen: SeenPile) -> bool:
+    """Whether its seeds are known not to show an effect."""
+    return seen.description.get("pile", {}).get("plain", False)
+
+
+def shows(shape: Shape) -> np.ndarray:
+    """(m,) angle and mean heights over WINDOWS, NaN where nothing is seen."""
+    heights = []
+    for low, high in WINDOWS:
+        there = shape.surface[(low <= AT) & (high >= AT) & np.isfinite(shape.surface)]
+        heights.append(there.mean() if len(there) else np.nan)
+    return np.array([shape.angle_deg, *heights])
+
+
+@dataclass(frozen=True)
+class Added:
+    """An effect that is put into heaps of seeds of that mean length, filled so many
+    seeds high."""
+
+    effect: str
+    seed_mm: float
+    seeds_high: float
+
+    @property
+    def law(self) -> Law:
+        return EFFECTS[self.effect].law
+
+    @property
+    def most(self) -> float:
+        """Its greatest strength."""
+        return self.law.most(self.seeds_high)
+
+    def drawn(self, count: int, seed: int, free: bool = True) -> np.ndarray:
+        """(count, k) in [0, 1]: unknowns, and the strength, 0 if not free."""
+        sobol = qmc.Sobol(len(UNKNOWNS) + 1, rng=np.random.default_rng(seed))
+        draws = sobol.random_base2(int(np.ceil(np.log2(count))))[:count]
+        if not self.law.stepless:
+            draws[:, -1] = np.round(draws[:, -1])
+        return draws * ([1.0] * len(UNKNOWNS) + [float(free)])
+
+    def settings(self, draw: np.ndarray) -> HeapSettings:
+        """What a draw (k,) means: UNKNOWNS by their logarithms, and the strength."""
+        unknown = {
+            name: float(low * (high / low) ** share)
+            for share, (name, (low, high)) in zip(draw, UNKNOWNS.items())
+        }
+        return HeapSettings(unknown, self.effect, float(draw[-1]) * self.most)
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """Recordings of one rig and of seeds of one size, and how its heaps respond."""
+
+    recordings: tuple[SeenPile, ...]
+    responses: tuple[Quadratic, ...]  # of angle and WINDOWS
+
+    def groups(self, half: int | None) -> list[tuple[SeenPile, ...]]:
+        """Plain seeds, and others; every other recording of each, from `half` on."""
+        out = []
+        for plain in (True, False):
+            own = tuple(r for r in self.recordings if is_plain(r) == plain)
+            out.append(own if half is None else own[half::2])
+        return [g for g in out if g]
+
+    def ln_likelihood(
+        self, half: int | None, plain: bool | None = None
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """(d,) of the recordings of a half at unknowns and strength (d, k) in [0, 1];
+        plain seeds have strength 0. plain: only of these, or of the others."""
+        groups = [
+            (is_plain(group[0]), np.array([shows(shape_of([r])) for r in group]).T)
+            for group in self.groups(half)
+            if plain in (None, is_plain(group[0]))
+        ]
+
+        def at(draws: np.ndarray) -> np.ndarray:
+            total = np.zeros(len(draws))
+            for usual, shown in groups:
+                x = draws * ([1.0] * len(UNKNOWNS) + [float(not usual)])
+                for seen, response in zip(shown, self.responses, strict=True):
+                    if len(seen := seen[np.isfinite(seen)]):
+                        expected, variance = response.at(x)
+                        variance = variance + response.packing_sd**2 / len(seen)
+                        off = (seen.mean() - expected) ** 2 / variance
+                        total -= 0.5 * (off + np.log(variance))
+            return total
+
+        return at
+
+
+def added_to(seen: list[SeenPile], effect: str) -> Added:
+    """The effect, as it can be in heaps like these."""
+    told = [r.description for r in seen]
+    seeds_mm = [t.get("seed", {}).get("length_mm", SOYBEAN_MM[0]) for t in told]
+    fills_mm = [t.get("pile", {}).get("fill_height_mm", FILL_MM) for t in told]
+    seed_mm = float(np.mean(seeds_mm))
+    return Added(effect, seed_mm, float(np.mean(fills_mm)) / seed_mm)
+
+
+def responding(
+    recordings: tuple[SeenPile, ...], added: Added, folder: Path, say
+) -> Rig:
+    """Heaps of the rig at drawn unknowns and strengths, each of its own packing; what
+    they show is kept in `folder`, and not simulated again."""
+    draws, told = added.drawn(RUNS, 1), recordings[0].description
+    jobs = [
+        heap_job(told, added.settings(draw), added.seed_mm, FIRST + k)
+        for k, draw in enumerate(draws)
+    ]
+    kept = []
+    with ThreadPoolExecutor(cores_here()) as pool:
+        for row in pool.map(lambda job: _kept(job, folder), jobs):
+            kept.append(row)
+            say(f"pile: heap {len(kept)} of {RUNS} simulated with {added.effect}")
+    shown = np.array(kept, dtype=float)
+    shown[shown[:, 0] > STANDS_DEG] = np.nan
+    if (usable := int(np.isfinite(shown[:, 0]).sum())) < LEAST_RUNS:
+        said = f"only {usable} of {RUNS} simulated heaps of this rig have a flank"
+        raise ValueError(f"{said}; {LEAST_RUNS} are needed")
+    return Rig(recordings, tuple(quadratic(draws, y) for y in shown.T))
+
+
+def _kept(job: Job, folder: Path) -> list[float | None]:
+    """What one heap shows, None where it has no flank or a guard stopped it."""
+    if not (file := folder / f"{job.key}.json").is_file():
+        try:
+            shown = shows(shape_of([heap_of(job)])).tolist()
+        except (ValueError, Stopped):
+            shown = [np.nan] * (1 + len(WINDOWS))
+        known = [value if np.isfinite(value) else None for value in shown]
+        folder.mkdir(parents=True, exist_ok=True)
+        write_whole(file, json.dumps(known))
+    return json.loads(file.read_text(encoding="utf8"))
+
+
+def ln_likelihood(
+    rigs: list[Rig], half: int | None, plain: bool | None = None
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Rig.ln_likelihood of all rigs together."""
+    parts = [rig.ln_likelihood(half, plain) for rig in rigs]
+    return lambda draws: np.sum([part(draws) for part in parts], axis=0)
+
+
+def fitted(rigs: list[Rig], half: int | None, added: Added, free: bool) -> HeapSettings:
+    """The likeliest settings, with `free` the effect's strength among them."""
+    draws = added.drawn(DRAWS, 2, free)
+    likelihood = ln_likelihood(rigs, half)
+    best = draws[likelihood(draws).argmax()]
+    ends = (0.0, 1.0) if free and added.law.stepless else best[[-1, -1]]
+    found = optimize.minimize(
+        lambda x: -likelihood(x[None])[0],
+        best,
+        bounds=[(0.0, 1.0)] * len(UNKNOWNS) + [ends],
+    )
+    return added.settings(found.x)
+
+
+def posterior(rigs: list[Rig], added: Added) -> np.ndarray:
+    """Draws (n, k) in [0, 1] of unknowns and strength, given all recordings."""
+    likelihood = ln_likelihood(rigs, None)
+
+    def ln_density(x: np.ndarray) -> np.ndarray:
+        inside = ((x >= 0) & (x <= 1)).all(axis=1)
+        return np.where(inside, likelihood(x), -np.inf)
+
+    draws = added.drawn(DRAWS, 2)
+    likeliest = draws[ln_density(draws).argsort()[-WALKERS:]]
+    sampler = emcee.EnsembleSampler(WALKERS, draws.shape[1], ln_density, vectorize=True)
+    sampler.random_state = np.random.MT19937(3).state
+    sampler.run_mcmc(likeliest, STEPS)
+    return sampler.get_chain(discard=STEPS // 3, flat=True)
+
+
+def strength(rigs: list[Rig], added: Added) -> str:
+    """The effect's strength by all recordings: median and 95 %, if it is stepless."""
+    if not added.law.stepless:
+        return ""
+    strengths = added.most * posterior(rigs, added)[:, -1]
+    low, middle, high = np.quantile(strengths, [0.025, 0.5, 0.975])
+    return f"{middle:.2g} ({low:.2g} to {high:.2g})"
+
+
+def odds_over_friction(rigs: list[Rig], added: Added) -> float:
+    """How many times as probable the recordings are with the effect, at any strength,
+    as with another friction and rolling friction between the seeds that are not plain:
+    both averaged over all unknowns."""
+    draws = qmc.Sobol(len(UNKNOWNS) + 1 + len(OF_SEEDS), rng=np.random.default_rng(4))
+    drawn = draws.random_base2(EVIDENCE_DRAWS)
+    with_effect, other = np.split(drawn, [len(UNKNOWNS) + 1], axis=1)
+    without = with_effect * ([1.0] * len(UNKNOWNS) + [0.0])
+    changed = without.copy()
+    changed[:, [[*UNKNOWNS].index(name) for name in OF_SEEDS]] = other
+    if not added.law.stepless:
+        with_effect[:, -1] = 1.0
+    plain = ln_likelihood(rigs, None, plain=True)(without)
+    of_others = ln_likelihood(rigs, None, plain=False)
+    one, two = (logsumexp(plain + of_others(x)) for x in (with_effect, changed))
+    return float(np.exp(one - two))
