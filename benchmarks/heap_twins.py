@@ -10,6 +10,7 @@ intervals (angle, heights of the surface) that hold a plain heap, given the othe
 ones; and given those of the bench before."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -40,7 +41,7 @@ def intervals(
 ) -> tuple[np.ndarray, np.ndarray]:
     """95 % of what one more heap of plain seeds shows, by these responses, given the
     heaps `plain` of the rig `told`."""
-    draws = posterior([Rig(tuple(plain), told.responses)], added)
+    draws = posterior([replace(told, recordings=tuple(plain))], added)
     draws[:, -1] = 0.0
     rng, shown = np.random.default_rng(1), []
     for response in responses:
@@ -74,7 +75,8 @@ def twin_of(bench: Path, effect: str, before: tuple | None) -> tuple[dict, tuple
     seen = [s for s in read if not s.trouble]
     plain = [s for s in seen if is_plain(s)]
     names = tuple(s.recording for s in seen)
-    asked = SimpleNamespace(modelled=(effect,), recordings=names)
+    named = {"modelled": (effect,), "names": (effect,)}
+    asked = SimpleNamespace(recordings=names, **named)
     again = resimulate(asked, seen, STORE, False, print)
     added = added_to(seen, effect)
     rig = responding(tuple(seen), added, STORE / "heaps", print)

@@ -98,14 +98,10 @@ class Resimulation:
             return ""
         other, odds = self.rival
         if odds >= TELLING:
-            return (
-                f"; simulated ones make it {odds:.2g} times as likely as that {other}"
-            )
+            return f"; simulations make it {odds:.2g} times as likely as that {other}"
         if odds <= 1 / TELLING:
-            return (
-                f"; simulated ones make it {1 / odds:.2g} times likelier that {other}"
-            )
-        return f"; whether {other} instead, simulated ones do not tell"
+            return f"; simulations make it {1 / odds:.2g} times likelier that {other}"
+        return f"; whether {other} instead, simulations do not tell"
 
     def to_json(self) -> dict:
         """The entry "twin" of diagnosis.json."""

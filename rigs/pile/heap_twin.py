@@ -48,8 +48,14 @@ OF_SEEDS = ("seed_static_friction", "seed_rolling_friction")
 
 
 def is_plain(seen: SeenPile) -> bool:
-    """Whether its seeds are known not to show an effect."""
+    """Whether its seeds are known to be as usual."""
     return seen.description.get("pile", {}).get("plain", False)
+
+
+def spared(seen: SeenPile, effect: str) -> bool:
+    """Whether a heap does not show an effect: its seeds are usual, and it is one of
+    seeds."""
+    return is_plain(seen) and EFFECTS[effect].of_seeds
 
 
 def shows(shape: Shape) -> np.ndarray:
@@ -102,6 +108,7 @@ class Rig:
 
     recordings: tuple[SeenPile, ...]
     responses: tuple[Quadratic, ...]  # of angle and WINDOWS
+    effect: str
 
     def groups(self, half: int | None) -> list[tuple[SeenPile, ...]]:
         """Plain seeds, and others; every other recording of each, from `half` on."""
@@ -114,18 +121,21 @@ class Rig:
     def ln_likelihood(
         self, half: int | None, plain: bool | None = None
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """(d,) of the recordings of a half at unknowns and strength (d, k) in [0, 1];
-        plain seeds have strength 0. plain: only of these, or of the others."""
+        """(d,) of the recordings of a half at unknowns and strength (d, k) in [0, 1],
+        which is 0 where `spared`. plain: only of plain seeds, or of the others."""
         groups = [
-            (is_plain(group[0]), np.array([shows(shape_of([r])) for r in group]).T)
+            (
+                spared(group[0], self.effect),
+                np.array([shows(shape_of([r])) for r in group]).T,
+            )
             for group in self.groups(half)
             if plain in (None, is_plain(group[0]))
         ]
 
         def at(draws: np.ndarray) -> np.ndarray:
             total = np.zeros(len(draws))
-            for usual, shown in groups:
-                x = draws * ([1.0] * len(UNKNOWNS) + [float(not usual)])
+            for without, shown in groups:
+                x = draws * ([1.0] * len(UNKNOWNS) + [float(not without)])
                 for seen, response in zip(shown, self.responses, strict=True):
                     if len(seen := seen[np.isfinite(seen)]):
                         expected, variance = response.at(x)
@@ -166,7 +176,7 @@ def responding(
     if (usable := int(np.isfinite(shown[:, 0]).sum())) < LEAST_RUNS:
         said = f"only {usable} of {RUNS} simulated heaps of this rig have a flank"
         raise ValueError(f"{said}; {LEAST_RUNS} are needed")
-    return Rig(recordings, tuple(quadratic(draws, y) for y in shown.T))
+    return Rig(recordings, tuple(quadratic(draws, y) for y in shown.T), added.effect)
 
 
 def _kept(job: Job, folder: Path) -> list[float | None]:

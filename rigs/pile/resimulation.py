@@ -27,6 +27,7 @@ from benchtwin.rigs.pile.heap_twin import (
     is_plain,
     odds_over_friction,
     responding,
+    spared,
     strength,
 )
 from benchtwin.rigs.pile.read import SeenPile, read_piles
@@ -136,8 +137,9 @@ def _rival(finding: Finding, rigs: list[Rig], added: Added) -> tuple[str, float]
 def _run(
     like: SeenPile, settings: HeapSettings, seed_mm: float, out: Path, pictures: bool
 ) -> Shape:
-    """Heaps as `like` by these settings; plain seeds without the effect."""
-    settings = replace(settings, strength=0.0) if is_plain(like) else settings
+    """Heaps as `like` by these settings, without the effect where it is spared."""
+    if spared(like, settings.effect):
+        settings = replace(settings, strength=0.0)
 
     def heap(p: int) -> SeenPile | None:
         job = heap_job(like.description, settings, seed_mm, p, rendered=pictures)

@@ -288,9 +288,9 @@ def test_the_full_chain_from_a_hidden_law_to_the_improved_simulation(tmp_path):
 @pytest.mark.parametrize(
     ("odds", "said"),
     [
-        (20.0, "; simulated ones make it 20 times as likely as that it is warm"),
-        (0.05, "; simulated ones make it 20 times likelier that it is warm"),
-        (3.0, "; whether it is warm instead, simulated ones do not tell"),
+        (20.0, "; simulations make it 20 times as likely as that it is warm"),
+        (0.05, "; simulations make it 20 times likelier that it is warm"),
+        (3.0, "; whether it is warm instead, simulations do not tell"),
     ],
 )
 def test_a_twin_says_what_repeats_scatter_and_what_else_it_may_be(odds, said):
