@@ -12,6 +12,7 @@ import hashlib
 import inspect
 import os
 import tempfile
+import threading
 import types
 from collections.abc import Callable
 from contextlib import suppress
@@ -72,6 +73,9 @@ OPTIONS: dict[str, Any] = {
 ALLOCATING: dict[str, Any] = {**OPTIONS, "_nrt": True}
 # of a part of a kernel, which only compiled code calls
 INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
+
+
+ONE_AT_A_TIME = threading.Lock()  # numba's setting is one for all threads
 
 
 @cache
@@ -150,13 +154,14 @@ def kernel(
     `mark` (see `fingerprint`)."""
     made = bind(template, names)
     made.__qualname__ = f"{template.__name__}_{mark}"
-    before = numba.config.CACHE_DIR
-    # read once, while the dispatcher is made
-    numba.config.CACHE_DIR = str(cache_folder())
-    try:
-        return numba.njit(cache=True, **options)(made)
-    finally:
-        numba.config.CACHE_DIR = before
+    with ONE_AT_A_TIME:
+        before = numba.config.CACHE_DIR
+        # read while the dispatcher is made
+        numba.config.CACHE_DIR = str(cache_folder())
+        try:
+            return numba.njit(cache=True, **options)(made)
+        finally:
+            numba.config.CACHE_DIR = before
 
 
 def is_kept(name: str, mark: str) -> bool:

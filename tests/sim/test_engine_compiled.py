@@ -4,6 +4,8 @@ for these."""
 import os
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +46,29 @@ def test_else_into_the_temporary_folder(fresh_choice, tmp_path):
     fresh_choice.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "b"))
     fresh_choice.setattr(compiled.tempfile, "gettempdir", lambda: str(tmp_path))
     assert compiled.cache_folder().parent == tmp_path
+
+
+def test_threads_that_make_kernels_at_once_keep_them_in_the_same_folder(
+    fresh_choice, tmp_path
+):
+    """numba's setting is one for all threads: it is as before, and each kernel's folder
+    is ours."""
+    fresh_choice.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    fresh_choice.setattr(compiled.numba.config, "CACHE_DIR", "")
+    njit, rng = compiled.numba.njit, np.random.default_rng(1)
+
+    def slow_njit(**options):
+        time.sleep(rng.uniform(0, 2e-3))  # in which another thread may come between
+        return njit(**options)
+
+    def twice(x):
+        return 2.0 * x
+
+    fresh_choice.setattr(compiled.numba, "njit", slow_njit)
+    with ThreadPoolExecutor(8) as pool:
+        made = list(pool.map(lambda k: compiled.kernel(twice, f"{k}"), range(64)))
+    folders = {Path(kernel._cache.cache_path).parent for kernel in made}
+    assert folders == {tmp_path} and compiled.numba.config.CACHE_DIR == ""
 
 
 def test_a_laws_source_is_part_of_its_mark():
