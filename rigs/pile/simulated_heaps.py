@@ -34,7 +34,7 @@ UNKNOWNS = {
 
 @dataclass(frozen=True)
 class HeapSettings:
-    """Values of UNKNOWNS, and an effect at a strength (Law.strengths), 0: as stated."""
+    """Values of UNKNOWNS, and an effect at a strength of `Law.twin`, 0: as stated."""
 
     unknown: dict[str, float]
     effect: str

