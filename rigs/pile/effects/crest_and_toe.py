@@ -45,7 +45,9 @@ def _bridges(
     seed: dict, pile: dict, stated: dict, strength: float
 ) -> tuple[dict, dict, dict]:
     """Liquid whose necks pull at strength 1 with the weight of a seed of mean length,
-    π d γ = m g, and as strongly ∝ d on others; V^⅓ = NECK d."""
+    π d γ = m g (Willett et al. 2000), and as strongly ∝ d on others; V^⅓ = NECK d,
+    V = 0.008 R³, more than the 0.001 R³ for which the law of the pull's fall is
+    stated."""
     axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
     volume_mm3 = ellipsoid_volume(*axes_mm)
     mean = seed["mean_mm"] / seed["length_mm"]
