@@ -15,6 +15,7 @@ from benchtwin.sim.engine.compiled import INNER
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.tiles import LANES
 from benchtwin.sim.engine.turning import turn_free, turn_round
+from benchtwin.sim.engine.view import View
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
@@ -41,10 +42,10 @@ def traits(shape, shape_of):
     )[shape_of].ravel()
 
 
-def predict(first, last, dt, s, P, who):
+def predict(first, last, dt, s: View, P, who):
     """Advance bodies first … last−1 and their balls by dt. Returns the longest path of
     a ball since the lists were made, and the energy that rolling friction has taken
-    [J]. s: the kernel's view of the state (`kernels.View`); P is a tile, who its lanes'
+    [J]. s: the kernel's view of the state (`view.View`); P is a tile, who its lanes'
     bodies."""
     farthest, lost = 0.0, 0.0
     while first < last:
@@ -170,7 +171,7 @@ def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def correct(first, last, dt, look, slot, s, fresh):
+def correct(first, last, dt, look, slot, s: View, fresh):
     """Bring velocities of bodies first … last−1 up to date with the mean of the old
     forces `load` and the `fresh` ones (contacts only; weight and body laws are added
     here), which replace them. Returns kinetic energy, largest squared speed, body laws'
@@ -217,6 +218,7 @@ def correct(first, last, dt, look, slot, s, fresh):
         fy = new[1] + m[MASS] * s.gravity[1] + gy
         fz = new[2] + m[MASS] * s.gravity[2] + gz
         tx, ty, tz = new[3] + hx, new[4] + hy, new[5] + hz
+        pushed = fx, fy, fz, tx, ty, tz, new[BRAKE]
         if look:
             size = s.shape[s.shape_of[n], DIAMETER]
             balanced = sleeping.is_balanced(
@@ -236,42 +238,52 @@ def correct(first, last, dt, look, slot, s, fresh):
                 m[V : V + 6] = 0.0
                 spun[:] = 0.0
                 continue
-        half = h * s.trait[2 * n]
-        m[V] += half * (fx - f[0])
-        m[V + 1] += half * (fy - f[1])
-        m[V + 2] += half * (fz - f[2])
-        lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
-        f[0], f[1], f[2] = fx, fy, fz
-        f[3], f[4], f[5], f[BRAKE] = tx, ty, tz, new[BRAKE]
-        j = s.trait[2 * n + 1]
-        if j > 0.0:
-            if HAS_ROLLING_SPIN:
-                lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * new[BRAKE])
-                lost += taken
-            m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
-        else:
-            q, row = s.turn[n], s.shape[s.shape_of[n]]
-            j1, j2, j3 = row[J1], row[J2], row[J3]
-            a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
-            p1 = a * lx + d * ly + o * lz
-            p2 = b * lx + e * ly + u * lz
-            p3 = c * lx + k * ly + i * lz
-            if HAS_ROLLING_SPIN:
-                p1, p2, p3, taken = turning.braked(
-                    p1, p2, p3, j1, j2, j3, h * new[BRAKE]
-                )
-                lost += taken
-                lx = a * p1 + b * p2 + c * p3
-                ly = d * p1 + e * p2 + k * p3
-                lz = o * p1 + u * p2 + i * p3
-            p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
-            m[W] = a * p1 + b * p2 + c * p3
-            m[W + 1] = d * p1 + e * p2 + k * p3
-            m[W + 2] = o * p1 + u * p2 + i * p3
-        spun[0], spun[1], spun[2] = lx, ly, lz
-        v2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
-        kinetic += 0.5 * m[MASS] * v2 + 0.5 * (
-            m[W] * spun[0] + m[W + 1] * spun[1] + m[W + 2] * spun[2]
+        j, row = s.trait[2 * n + 1], s.shape[s.shape_of[n]]
+        energy, v2, taken = finish(
+            h, pushed, m, f, spun, s.turn[n], s.trait[2 * n], j, row
         )
+        kinetic += energy
         fastest = max(fastest, v2)
+        lost += taken
     return kinetic, fastest, power, lost
+
+
+def finish(h, pushed, m, f, spun, q, inverse_mass, j, row):
+    """Velocity and spin of a body at the end of a step, h [s] being half of it, by what
+    it is `pushed` with: force, torque and brake, which replace the old ones in f.
+    Returns kinetic energy, squared speed, and the energy that rolling friction has
+    taken. j: see `traits`; row: its shape's."""
+    fx, fy, fz, tx, ty, tz, most = pushed
+    half = h * inverse_mass
+    m[V] += half * (fx - f[0])
+    m[V + 1] += half * (fy - f[1])
+    m[V + 2] += half * (fz - f[2])
+    lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
+    f[0], f[1], f[2] = fx, fy, fz
+    f[3], f[4], f[5], f[BRAKE] = tx, ty, tz, most
+    taken = 0.0
+    if j > 0.0:
+        if HAS_ROLLING_SPIN:
+            lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * most)
+        m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
+    else:
+        j1, j2, j3 = row[J1], row[J2], row[J3]
+        a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
+        p1 = a * lx + d * ly + o * lz
+        p2 = b * lx + e * ly + u * lz
+        p3 = c * lx + k * ly + i * lz
+        if HAS_ROLLING_SPIN:
+            p1, p2, p3, taken = turning.braked(p1, p2, p3, j1, j2, j3, h * most)
+            lx = a * p1 + b * p2 + c * p3
+            ly = d * p1 + e * p2 + k * p3
+            lz = o * p1 + u * p2 + i * p3
+        p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
+        m[W] = a * p1 + b * p2 + c * p3
+        m[W + 1] = d * p1 + e * p2 + k * p3
+        m[W + 2] = o * p1 + u * p2 + i * p3
+    spun[0], spun[1], spun[2] = lx, ly, lz
+    v2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
+    kinetic = 0.5 * m[MASS] * v2 + 0.5 * (
+        m[W] * spun[0] + m[W + 1] * spun[1] + m[W + 2] * spun[2]
+    )
+    return kinetic, v2, taken

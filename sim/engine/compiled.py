@@ -21,39 +21,10 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core.compiler import Compiler, Flags
 
 from benchtwin.bench.whole_file import own_folder
-
-
-class _QuickFlags(Flags):
-    """numba's flags, compared by those that are set: numba asks for each of forty
-    options on both sides, two hundred thousand times."""
-
-    __slots__ = ()
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Flags):
-            return NotImplemented
-        if self._values == other._values:
-            return True
-        names = {**self._values, **other._values}
-        return all(getattr(self, n) == getattr(other, n) for n in names)
-
-    def __hash__(self) -> int:
-        return NAMES  # numba hashes the options' names alone
-
-
-NAMES = hash(Flags())
-
-
-class _Compiler(Compiler):
-    """numba's own, with flags that compare quickly."""
-
-    def __init__(self, typing, target, library, args, returned, flags, local):
-        quick = _QuickFlags(flags)
-        super().__init__(typing, target, library, args, returned, quick, local)
-
+from benchtwin.sim.engine.numba_pipeline import QuickCompiler
+from benchtwin.sim.engine.view import View
 
 # Of fastmath only "contract", a·b + c rounded once: sums are not reordered, which would
 # make a force depend on how a loop was cut into vectors. error_model numpy drops the
@@ -67,7 +38,7 @@ OPTIONS: dict[str, Any] = {
     "nogil": True,
     "boundscheck": False,
     "_nrt": False,
-    "pipeline_class": _Compiler,
+    "pipeline_class": QuickCompiler,
     "no_cfunc_wrapper": True,
 }
 ALLOCATING: dict[str, Any] = {**OPTIONS, "_nrt": True}
@@ -143,8 +114,11 @@ def bind(template: Callable, names: dict[str, object]) -> Callable:
 @cache  # what two call is compiled once
 def inner(template: Callable, **names: object) -> Callable:
     """`template` with `names` bound, compiled as a part of a kernel (kept on disk only
-    inside that kernel)."""
-    return numba.njit(forceinline=True, **INNER)(bind(template, names))
+    inside that kernel). One that takes the View becomes a part of it before its types
+    are inferred: to hand on 400 numbers takes half of a kernel's time to compile."""
+    whole = View in template.__annotations__.values()
+    how = {"inline": "always"} if whole else {"forceinline": True}
+    return numba.njit(**how, **INNER)(bind(template, names))
 
 
 def kernel(

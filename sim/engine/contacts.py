@@ -23,6 +23,7 @@ from benchtwin.sim.engine.gathering import (
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.surfaces import nearest, shares_feature
 from benchtwin.sim.engine.tiles import LANES, approach, laws, pair_geometry
+from benchtwin.sim.engine.view import View
 
 REACH = False
 SHORT = 1.0 - 1e-6  # for rounding: `quiet` is kept in single precision
@@ -34,7 +35,7 @@ def reach(radius, modulus, row, table):
     return 0.0
 
 
-def awake_pairs(first, last, s):
+def awake_pairs(first, last, s: View):
     """Numbers of the listed pairs first … last−1 of which one body at least is awake,
     into `s.awake` from `first` on; how many."""
     count = first
@@ -46,7 +47,7 @@ def awake_pairs(first, last, s):
     return count - first
 
 
-def touching_pairs(first, last, few, s, active):
+def touching_pairs(first, last, few, s: View, active):
     """Listed ball pairs first … last−1 that touch (or still act), into `active`;
     forgets those that have parted. Returns how many. few: so many pairs only, whose
     numbers stand in `s.awake` from `first` on; −1: all.
@@ -104,7 +105,7 @@ def touching_pairs(first, last, few, s, active):
     return count
 
 
-def touching_walls(first, last, look, s, active, meet):
+def touching_walls(first, last, look, s: View, active, meet):
     """Listed ball–primitive pairs first … last−1 that touch, into `active`, with normal
     and overlap in `meet`. Returns how many.
 
@@ -199,7 +200,7 @@ def _forget_or_hand_over(k, end, start, count, active, memory, touch):
             memory[c, :] = 0.0
 
 
-def contact_radius(k, meet, on_wall, s):
+def contact_radius(k, meet, on_wall, s: View):
     """√(R* δ) of a listed ball on a wall [m], `meet` being where they touch, or of a
     listed pair of balls: a contact's stiffness is in proportion to it."""
     ball = s.ball
@@ -215,7 +216,7 @@ def contact_radius(k, meet, on_wall, s):
     )
 
 
-def shares(count, active, meet, on_wall, first, second, owner, s, share):
+def shares(count, active, meet, on_wall, first, second, owner, s: View, share):
     """Each contact's share of the damping where several balls of one seed touch the
     same other seed or wall (`owner` of `second`).
 
@@ -245,9 +246,9 @@ def shares(count, active, meet, on_wall, first, second, owner, s, share):
         a = end
 
 
-def block_forces(b, dt, look, woken, account, s, scratch):
+def block_forces(b, dt, look, woken, account, s: View, scratch):
     """Forces of all contacts of block b, into its window; `s` is the kernel's view of
-    the state (`kernels.View`). look: those between sleeping bodies too; woken: whether
+    the state (`view.View`). look: those between sleeping bodies too; woken: whether
     a body has just woken; account: whether to add up what contacts store."""
     P = scratch.tile
     active = scratch.active
@@ -273,8 +274,8 @@ def block_forces(b, dt, look, woken, account, s, scratch):
     first, last = s.block_wall[b], s.block_wall[b + 1]
     walls = touching_walls(first, last, look, s, active[pairs:], meet)
     if s.shared:
-        listed = s.wall_i, s.wall_p, s.prim_wall
-        shares(walls, active[pairs:], meet, True, *listed, s, share[pairs:])
+        i, p, of = s.wall_i, s.wall_p, s.prim_wall
+        shares(walls, active[pairs:], meet, True, i, p, of, s, share[pairs:])
     sums[S_CONTACTS] = pairs + walls
 
     tiles_of_pairs = (pairs + LANES - 1) // LANES
@@ -307,7 +308,7 @@ def block_forces(b, dt, look, woken, account, s, scratch):
             )
 
 
-def gather_forces(c, s, fresh):
+def gather_forces(c, s: View, fresh):
     """Contact forces on the bodies of block c: the windows of all blocks that reach
     them, added in block order, into `fresh`."""
     first, last = s.block_body[c], s.block_body[c + 1]

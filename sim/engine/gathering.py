@@ -5,6 +5,7 @@ from benchtwin.sim.engine import tiles
 from benchtwin.sim.engine.bodies import FROM_CONTACTS, MASS, V, W, X
 from benchtwin.sim.engine.surfaces import BALL
 from benchtwin.sim.engine.tiles import LANES, STRIDE
+from benchtwin.sim.engine.view import View
 
 # "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check
 # of every index
@@ -153,7 +154,7 @@ def push_wall(P, t, load):
         load[c] -= P[tiles.FX + c * STRIDE + t]
 
 
-def gather_pairs(P, s, active, share, rows):
+def gather_pairs(P, s: View, active, share, rows):
     """Fill a tile with the pairs of balls in `active`."""
     for n in range(len(active)):
         t = n & LAST_LANE
@@ -167,7 +168,7 @@ def gather_pairs(P, s, active, share, rows):
         recall(P, t, s.pair_memory[k], s.pair_touch[k] == 0)
 
 
-def gather_walls(P, s, active, share, meet, rows):
+def gather_walls(P, s: View, active, share, meet, rows):
     """Fill a tile with the balls and walls in `active`; `meet` says where they
     touch."""
     for n in range(len(active)):
@@ -187,7 +188,7 @@ def gather_walls(P, s, active, share, meet, rows):
         recall(P, t, s.wall_memory[k], s.wall_touch[k] == 0)
 
 
-def scatter_pairs(P, s, active, base, sums, account):
+def scatter_pairs(P, s: View, active, base, sums, account):
     """Add a tile's forces and torques to both bodies of each pair, and keep what the
     contacts remember."""
     for n in range(len(active)):
@@ -200,7 +201,7 @@ def scatter_pairs(P, s, active, base, sums, account):
         add_up(P, t, sums, False, account)
 
 
-def scatter_walls(P, s, active, base, wall_push, sums, account):
+def scatter_walls(P, s: View, active, base, wall_push, sums, account):
     """Add a tile's forces and torques to bodies and walls, and keep what the contacts
     remember."""
     for n in range(len(active)):

@@ -15,20 +15,8 @@ from benchtwin.sim.engine.contacts import block_forces, gather_forces
 from benchtwin.sim.engine.gathering import S_OVERLAP
 from benchtwin.sim.engine.parallel import barrier, take
 from benchtwin.sim.engine.surfaces import place_walls
+from benchtwin.sim.engine.view import View
 from benchtwin.sim.laws.law import Chosen, Law
-
-# What the kernels see of a state and its world, arrays all (see `state.State` for those
-# that outlive a call).
-View = namedtuple(
-    "View",
-    "motion body turn spin load calm trait shape_of material ball owner path ball_start"
-    " shape shape_start shape_ball pair_i pair_j pair_memory pair_touch pair_quiet"
-    " awake awakes sleeps woken wall_i wall_p wall_memory wall_touch block_body"
-    " block_pair block_wall block_window window sums totals prim prim_rest prim_ref"
-    " prim_kind prim_wall wall_material corners twist wall_push wall_load moves"
-    " move_numbers wall_way table materials gravity body_numbers shared single pull"
-    " whole",
-)
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
 # each thread's own

@@ -250,7 +250,7 @@ def _kernel_of(world: World, tables: Tables):
     run, mark = kernels.build(laws, moves, ledger=world.ledger)
     if mark not in _ANNOUNCED and not is_kept("advance", mark):
         print(
-            "benchtwin: compiling the step loop for this set of laws (once; 20 s) …",
+            "benchtwin: compiling the step loop for these laws (once; 10 to 20 s) …",
             file=sys.stderr,
             flush=True,
         )

@@ -12,6 +12,7 @@ import math
 from numba import njit
 
 from benchtwin.sim.engine.compiled import INNER, OPTIONS
+from benchtwin.sim.engine.view import View
 
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE, BALL = range(5)
 ROW = 10
@@ -134,7 +135,7 @@ def motion(number, t, numbers):
     return 0.0, 0.0
 
 
-def place_walls(t, view):
+def place_walls(t, view: View):
     """Put every moving wall where it is at time t: rows of `prim` from those of
     `prim_rest`, and its `twist` (velocity at the world's origin, angular velocity).
     `moves`: wall, SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's

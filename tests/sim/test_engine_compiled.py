@@ -1,6 +1,8 @@
 """Where compiled kernels are kept, and that code made from other laws is never taken
 for these."""
 
+import gc
+import math
 import os
 import subprocess
 import sys
@@ -10,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from benchtwin.sim.engine import compiled, step
+from benchtwin.sim.engine.view import View
 from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
@@ -69,6 +73,41 @@ def test_threads_that_make_kernels_at_once_keep_them_in_the_same_folder(
         made = list(pool.map(lambda k: compiled.kernel(twice, f"{k}"), range(64)))
     folders = {Path(kernel._cache.cache_path).parent for kernel in made}
     assert folders == {tmp_path} and compiled.numba.config.CACHE_DIR == ""
+
+
+def total(s: View, first):
+    out = 0.0
+    for k in range(first, len(s.motion)):
+        out += math.sin(s.motion[k]) / max(s.load[k], 1e-3)
+        if out > 1e3:
+            return out
+    return out
+
+
+def both(s, first):
+    return total(s, first) + 0.5 * total(s, first + 1)
+
+
+def unknown(s, first):
+    return s.nothing
+
+
+def test_the_quicker_compiler_gives_what_numbas_own_gives():
+    """To the last bit, of a part that takes a View; and the search for garbage goes on
+    afterwards, when a function cannot be compiled, too."""
+    rng = np.random.default_rng(7)
+    seen = View(**{name: rng.normal(size=50) for name in View._fields})
+    numbas = {k: v for k, v in compiled.OPTIONS.items() if k != "pipeline_class"}
+    njit = compiled.numba.njit
+    quick = njit(**compiled.OPTIONS)(compiled.bind(both, {}))
+    part = {"total": njit(**numbas)(total)}
+    plain = njit(**numbas)(compiled.bind(both, part))
+    for first in (0, 3, 50):
+        assert quick(seen, first) == plain(seen, first)
+        assert quick(seen, first) == pytest.approx(both(seen, first), rel=1e-12)
+    with pytest.raises(TypingError):
+        njit(**compiled.OPTIONS)(unknown)(seen, 3)
+    assert gc.isenabled()
 
 
 def test_a_laws_source_is_part_of_its_mark():
