@@ -604,16 +604,16 @@ def _bounce_table(found: Fitted) -> pd.DataFrame:
         "height": ("rebound_height", f"_{length}"),
         "restitution": ("restitution_normal", ""),
     }
-    rows = []
-    for k, (before, after) in enumerate(found.model.session.joint):
+    rows, session = [], found.model.session
+    turned = np.column_stack([session.spin, session.spin_sd])
+    spin = told.clock * np.where(session.spin[:, None] == 0, np.nan, turned)
+    for k, (before, after) in enumerate(session.joint):
         row = {"recording": recording.id, "drop": 1, "bounce": k + 1}
         for column, (name, unit) in columns.items():
             q = found.known[of_bounce(name, k)]
             row |= {f"{column}{unit}": q.value, f"{column}_sd{unit}": q.sd}
         for column, flight in (("spin_before", before), ("spin_after", after)):
-            row[f"{column}_rad_{time}"], row[f"{column}_sd_rad_{time}"] = track.spin(
-                flights.rows[flight]
-            )
+            row[f"{column}_rad_{time}"], row[f"{column}_sd_rad_{time}"] = spin[flight]
         few = min(len(flights.rows[before]), len(flights.rows[after])) < LEAST_FRAMES
         cut = flights.time[flights.rows[after][-1]] < flights.apex_time(after)
         e = found.known[of_bounce("restitution_normal", k)]

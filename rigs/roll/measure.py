@@ -22,6 +22,7 @@ from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.bench.run_out import rolling_friction
+from benchtwin.infer.noise import frame_lag
 from benchtwin.infer.problem import Fit, fit
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
 from benchtwin.rigs.one_recording import OneRecording
@@ -61,10 +62,7 @@ from benchtwin.vision.measurement import (
     failed,
     vague,
 )
-from benchtwin.vision.motion.least_squares import (
-    correlated_mean,
-    variance_factor,
-)
+from benchtwin.vision.motion.least_squares import variance_factor
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -480,7 +478,7 @@ def _stop(found: Fitted) -> Stop:
     moving = np.flatnonzero(found.motion(time, found.at)[1])
     last = int(moving[-1]) if len(moving) else len(time) - 1
     if len(time) - 1 - last >= LEAST_REST and not few:
-        rest, doubt = _rest(x[last + 1 :], seen.frame[last + 1 :], found.told)
+        rest, doubt = _rest(x[last + 1 :], seen.frame[last + 1 :], found)
         return Stop(rest[0], float(time[last]), rest, doubt)
     junction, end = found.ends(found.at)
     ahead, way = end - x[-1], end - junction if few else float(np.ptp(x))
@@ -493,12 +491,19 @@ def _stop(found: Fitted) -> Stop:
 
 
 def _rest(
-    x: np.ndarray, frame: np.ndarray, told: Evidence
+    x: np.ndarray, frame: np.ndarray, found: Fitted
 ) -> tuple[tuple[float, float], str]:
-    """Where a seed rests, and its sd [m], by the last two thirds, when what rocks has
-    lost most of its swing; and a doubt."""
-    late = slice(len(x) // 3, None)
-    place, sd = correlated_mean(x[late], frame[late])
+    """Where a seed rests, and its sd [m] by the noise of the fit, by the last two
+    thirds, when what rocks has lost most of its swing; and a doubt."""
+    late, told, series = (
+        slice(len(x) // 3, None),
+        found.told,
+        found.fit.problem.series[0],
+    )
+    rows = np.column_stack([np.ones(len(x)), x])[late]
+    one, white = series.noise.whiten(rows, frame_lag(frame[late])).T
+    place = float(one @ white / (one @ one))
+    sd = found.looser * float(np.mean(series.sigma)) / math.sqrt(one @ one)
     swing = float(np.ptp(x[late])) / 2
     if swing <= 6 * difference_noise(x, 2) + 0.5 * told.unit:
         return (place, sd), ""

@@ -14,7 +14,6 @@ from benchtwin.bench.keys import Tracking
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.tables import GATE_PLACE, read_gates
 from benchtwin.vision.measurement import MeasurementError, require
-from benchtwin.vision.motion.least_squares import fit, frame_lag
 from benchtwin.vision.motion.outliers import slips
 from benchtwin.vision.recording import Camera, Recording
 
@@ -115,27 +114,6 @@ class Track:
     def marked(self, outlier: np.ndarray) -> "Track":
         """The same track with more rows marked as outliers."""
         return replace(self, outlier=self.outlier | outlier)
-
-    def spin(self, rows: np.ndarray) -> tuple[float, float]:
-        """Spin [rad per time unit, anticlockwise] over some rows and its sd; NaN with
-        an orientation in fewer than 5 of them."""
-        if self.angle_deg is None:
-            return np.nan, np.nan
-        rows = rows[np.isfinite(self.angle_deg[rows])]
-        if len(rows) < 5:
-            return np.nan, np.nan
-        sd = np.nan if self.angle_sd_deg is None else self.angle_sd_deg[rows]
-        weight = np.median(sd) / np.maximum(sd, 1e-3)
-        weight = weight if np.isfinite(sd).all() else None
-        since = self.time[rows] - self.time[rows].mean()
-        design = np.column_stack([np.ones(len(rows)), since])
-        found = fit(
-            design,
-            np.radians(self.angle_deg[rows]),
-            frame_lag(self.frame[rows]),
-            weight=weight,
-        )
-        return float(found.params[1]), float(np.sqrt(found.cov[1, 1]))
 
     def to_table(self) -> pd.DataFrame:
         """The columns of track.csv, plus the frame number, the sds and the outlier

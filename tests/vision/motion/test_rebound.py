@@ -8,13 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from drops import CAMERA, drop, named
-from synthetic.motion import correlated_noise, draw_drop, film_track
+from synthetic.motion import draw_drop, film_track
 
 from benchtwin.bench.air import air_of, drag_at
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.rigs.drop.read import describe
-from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag
 from benchtwin.vision.motion.track import make_track, track_from_table
 from benchtwin.vision.recording import Camera, Recording, Seed
 
@@ -115,27 +114,6 @@ def test_intervals_hold_the_truth(ar):
             abs(table.restitution[1] - truth[1]["e"]) < 1.96 * table.restitution_sd[1]
         )
     assert 0.88 <= np.mean(inside) <= 1.0
-
-
-def test_white_noise_error_bars_would_not_hold_the_truth():
-    """Control: the mean of AR(1) 0.9 noise, its sd with and without the correlation."""
-    honest, white = [], []
-    for seed in range(200):
-        noise = correlated_noise(150, 1.0, 0.9, np.random.default_rng(seed))
-        one, lag = np.ones((150, 1)), frame_lag(np.arange(150))
-        for store, rho in ((honest, None), (white, 0.0)):
-            found = fit(one, noise, lag, rho=rho)
-            store.append(abs(found.params[0]) < 1.96 * np.sqrt(found.cov[0, 0]))
-    assert np.mean(honest) > 0.88
-    assert np.mean(white) < 0.6
-
-
-def test_reml_finds_the_correlation_through_lost_frames():
-    rng = np.random.default_rng(2)
-    frame = np.sort(rng.choice(3000, 2200, replace=False))
-    noise = correlated_noise(3000, 1.0, 0.8, rng)[frame]
-    design = np.column_stack([np.ones(len(frame)), frame / 3000, (frame / 3000) ** 2])
-    assert estimate_rho(design, noise, frame_lag(frame)) == pytest.approx(0.8, abs=0.04)
 
 
 @pytest.mark.parametrize(
