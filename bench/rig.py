@@ -40,6 +40,7 @@ class Rig:
     begin with a point; they are loaded when they are used. "": there is no such part.
     observe(recording, options, progress) → Observation, of pictures and tables;
     heard(impacts in a sound, recording) → Observation, where a sound tells of it;
+    moves(time, x, y) → why a motion, y up, is no other rig's, "" where it may be;
     refuse(recording) → why its keys say that there is nothing to measure, "";
     derive(recording, summary, common sd) → what follows from the mean of its readings;
     together(recordings with observations) → observations of several together; setup:
@@ -73,6 +74,7 @@ class Rig:
     own_parameters: bool = False
     observe: str = ""
     heard: str = ""
+    moves: str = ""
     refuse: str = ""
     derive: str = ""
     together: str = ""

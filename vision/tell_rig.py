@@ -9,17 +9,11 @@ from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_track
-from benchtwin.vision.foreign.unit_inference import free_falls
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import RIG_OF_KIND, Recording
 
 LEAST_TILT_DEG = 3.0  # by which a plate turns while a block waits on it
-LEAST_SLOPE_DEG = 4.0  # of an incline against what it leads to
-EVEN = 0.02  # rms about a straight line, of its length: an incline, or a plate
-LEAST_ROWS = 12
 WITHOUT_CAMERA = ("sound", "readings.csv")
-UPWARDS = 0.3  # of the worth of falls, that of parabolas which open upwards in a drop
-SLOWS = 0.7  # of the speed at the incline's foot, to which a seed slows on the plate
 
 
 def with_rig(recording: Recording) -> tuple[Recording, str]:
@@ -104,53 +98,8 @@ def _rig_of_film(recording: Recording) -> tuple[str, str] | None:
 def rig_of_motion(
     time: np.ndarray, x: np.ndarray, y: np.ndarray
 ) -> tuple[str, str] | None:
-    """(rig, why) of a track, y up: a drop falls freely, a roll comes down a straight
-    incline and slows on what follows; None where it is neither."""
-    falls = free_falls(time, x, y)
-    down, up = (
-        max((f.worth for f in falls if f.acceleration * sign > 0), default=0.0)
-        for sign in (-1, 1)
-    )
-    if down > 0 and up < UPWARDS * down and np.ptp(y) > np.ptp(x) / 2:
-        return "drop", "it falls freely"
-    if len(time) < LEAST_ROWS or np.ptp(x) < np.ptp(y):
-        return None
-    foot = _foot(x, y)
-    if foot is None:
-        return None
-    at, slope = foot
-    speed = np.hypot(np.gradient(x, time), np.gradient(y, time))
-    reach = max(3, len(time) // 20)
-    near, end = (
-        float(np.median(speed[r]))
-        for r in (slice(at, at + reach), -reach + np.arange(reach))
-    )
-    if end < SLOWS * near:
-        return "roll", f"it comes down an incline of {slope:.0f}° and slows"
-    return None
-
-
-def _foot(x: np.ndarray, y: np.ndarray) -> tuple[int, float] | None:
-    """Row at which a path of two straight parts bends, of which the first comes down
-    more steeply, and the angle between them [deg]."""
-    length = float(np.hypot(np.ptp(x), np.ptp(y)))
-    best = None
-    for at in np.linspace(4, len(x) - 5, min(len(x) - 8, 60)).astype(int):
-        parts = [
-            _line(x[rows], y[rows]) for rows in (slice(0, at + 1), slice(at, None))
-        ]
-        left = max(misfit for _, misfit in parts)
-        if best is None or left < best[0]:
-            best = left, int(at), parts[0][0] - parts[1][0]
-    if best is None or best[0] > EVEN * length or best[2] < LEAST_SLOPE_DEG:
-        return None
-    return best[1], best[2]
-
-
-def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """Slope downwards along the way [deg] and rms about the line of some places."""
-    places = np.column_stack([x - x.mean(), y - y.mean()])
-    _, values, axes = np.linalg.svd(places, full_matrices=False)
-    along = axes[0] * np.sign((places[-1] - places[0]) @ axes[0] or 1.0)
-    down = np.degrees(np.arctan2(-along[1], abs(along[0])))
-    return float(down), float(values[1] / np.sqrt(len(x)))
+    """(rig, why) of a track, y up, by the first rig in whose way it moves; None where
+    it is none's."""
+    moves = ((rig.name, rig.part("moves")) for rig in RIGS.values() if rig.moves)
+    told = ((name, why) for name, of in moves if (why := of(time, x, y)))
+    return next(told, None)

@@ -44,6 +44,7 @@ RIG = Rig(
     own_parameters=True,
     observe=".observe:observe_drop",
     heard=".with_sound:sound_observation",
+    moves=".read:falls",
     refuse=".on_seeds:height_unknown",
     derive=".equation:restitution",
     setup=".simulate:SETUP",

@@ -16,6 +16,7 @@ from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_o
 from benchtwin.vision.evidence.readings import rows_alike
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_impacts
+from benchtwin.vision.foreign.unit_inference import free_falls
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.down import upright
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
@@ -40,6 +41,7 @@ READING = "rebound_height_mm"
 # key of how well one fall by itself gives a scale, relative
 FALL_SD = "scale_of_fall_sd"
 LEAST_FALL_SD = 1e-5
+UPWARDS = 0.3  # of the worth of falls, that of parabolas which open upwards in a drop
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +78,17 @@ class SeenTrack:
     trouble: str = ""
     contacts_sd_s: np.ndarray = field(default_factory=no_rows)
     readout_sd_s: float = 0.0
+
+
+def falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> str:
+    """Why a motion, y up, is a drop's; "" where it is none's."""
+    found = free_falls(time, x, y)
+    down, up = (
+        max((f.worth for f in found if f.acceleration * sign > 0), default=0.0)
+        for sign in (-1, 1)
+    )
+    free = down > 0 and up < UPWARDS * down and np.ptp(y) > np.ptp(x) / 2
+    return "it falls freely" if free else ""
 
 
 def read_drops(folder: Path | Observed) -> list[SeenTrack]:

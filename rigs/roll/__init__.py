@@ -30,6 +30,7 @@ RIG = Rig(
     per_recording=("direction",),
     by_turns=({"direction": "+x"}, {"direction": "-x"}),
     observe=".observe:observe_roll",
+    moves=".roll_path:rolls",
     derive=".equation:friction_of_run_out",
     together=".plate_slope:plate_slopes",
     setup=".simulate:SETUP",

@@ -17,6 +17,9 @@ MOST_RMS = 0.05
 SHARP_PX = 0.3  # noise of a place, which the fit along the path allows for
 
 
+# of a path by which a roll is told: rows; rms about its legs, of its length; angle of
+# the incline against what it leads to; of the speed at its foot, that at the end
+TOLD_BY_ROWS, EVEN, LEAST_SLOPE_DEG, SLOWS = 12, 0.02, 4.0, 0.7
 LEAST_ROWS = 4
 ENOUGH_ROWS = 30  # that tell by their times whether a seed still speeds up
 LEAST_LATE = 10  # of them, in the second half of its path
@@ -116,6 +119,25 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
     return RollPath(
         path, (-corner_shift, sd), [(start, corner), (corner, end)], tuple(notes), doubt
     )
+
+
+def rolls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> str:
+    """Why a motion, y up, is a roll's: down an incline, and slower on what follows; ""
+    where it is none's."""
+    if len(time) < TOLD_BY_ROWS or np.ptp(x) < np.ptp(y):
+        return ""
+    u = x if x[-1] >= x[0] else -x
+    if (legs := _fit_two_legs(u, y)) is None:
+        return ""
+    corner, _, *slopes, _, rms = legs
+    down = -np.degrees(np.arctan(slopes))
+    if rms > EVEN * np.hypot(np.ptp(x), np.ptp(y)) or -np.diff(down) < LEAST_SLOPE_DEG:
+        return ""
+    speed = np.hypot(np.gradient(x, time), np.gradient(y, time))
+    at, reach = int(np.argmax(u >= corner)), max(3, len(time) // 20)
+    slows = np.median(speed[-reach:]) < SLOWS * np.median(speed[at : at + reach])
+    steep = f"{down[0] - down[1]:.0f}°"
+    return f"it comes down an incline of {steep} and slows" if slows else ""
 
 
 def _rocking_px(recording: Recording) -> float:

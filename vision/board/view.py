@@ -169,8 +169,9 @@ def read_board(image: np.ndarray, line_mm: float | None = None) -> BoardView:
     if line_mm is not None:
         scale = line_mm / corners.sheet.line_mm
         sd = unstated_sd("board-line") / corners.sheet.line_mm
-    bent, error_px = _fits(corners, unstated_sd("board-bent"), _start(corners))
-    flat, _ = _fits(corners, unstated_sd("board-bend"), bent[0].x, error_px)
+    bent, error_px = _fits(corners, unstated_sd("board-bent"), _starts(corners))
+    sides = [found.x for found in bent]
+    flat, _ = _fits(corners, unstated_sd("board-bend"), sides, error_px)
     is_bent = 2 * (flat[0].cost - bent[0].cost) > BENT_CHI2
     best, other = bent if is_bent else flat
     # to the better fit's covariance the other adds as much as it is probable
@@ -183,30 +184,15 @@ def read_board(image: np.ndarray, line_mm: float | None = None) -> BoardView:
 def _fits(
     corners: Corners,
     bend_sd: float,
-    start: np.ndarray,
+    starts: list[np.ndarray],
     error_px: float | None = None,
-) -> "tuple[tuple[OptimizeResult, OptimizeResult], float]":
+) -> "tuple[list[OptimizeResult], float]":
     """The better fit, and the one on the other side (a distant board that leans towards
     the camera looks as one that leans away by as much); the error of a corner."""
-    one, one_px = _fit(corners, bend_sd, start, error_px)
-    other, other_px = _fit(corners, bend_sd, _other_side(one.x), error_px)
-    error_px = min(one_px, other_px)
-    again = [_fit(corners, bend_sd, f.x, error_px)[0] for f in (one, other)]
-    best, worse = sorted(again, key=lambda found: found.cost)
-    return (best, worse), error_px
-
-
-def _other_side(p: np.ndarray) -> np.ndarray:
-    """The same board leaning to the other side of its line of sight: what sticks out of
-    the picture's plane is reversed."""
-    sight = np.array([p[4], p[5], np.exp(p[6])])
-    sight /= np.linalg.norm(sight)
-    mirror = np.eye(3) - 2 * np.outer(sight, sight)
-    turned = Rotation.from_rotvec(p[1:4]).as_matrix() @ UPRIGHT
-    turned = mirror @ turned @ np.diag([1.0, 1.0, -1.0])
-    other = p.copy()
-    other[1:4] = Rotation.from_matrix(turned @ UPRIGHT).as_rotvec()
-    return other
+    fits = [_fit(corners, bend_sd, start, error_px) for start in starts]
+    error_px = min(px for _, px in fits)
+    again = [_fit(corners, bend_sd, f.x, error_px)[0] for f, _ in fits]
+    return sorted(again, key=lambda found: found.cost), error_px
 
 
 def _fit(
@@ -250,24 +236,27 @@ def _fit(
     return found, error_px
 
 
-def _start(corners: Corners) -> np.ndarray:
-    """Straight on, as large and as much turned in the picture as it is."""
-    board = corners.board_mm - corners.board_mm.mean(0)
-    seen = corners.picture_px - corners.picture_px.mean(0)
-    planar, *_ = np.linalg.lstsq(board * [1, -1], seen, rcond=None)
-    turn = np.arctan2(planar[0, 1] - planar[1, 0], planar[0, 0] + planar[1, 1])
-    px_per_mm = np.sqrt(abs(np.linalg.det(planar)))
-    half = _half_diagonal(corners)
-    width = corners.sheet.size_mm[0]
-    focal = 2 * USUAL_FOCAL
-    distance = focal * half / px_per_mm / width
-    place = corners.picture_px.mean(0) - np.array(corners.shape[::-1]) / 2
-    turned = Rotation.from_rotvec([0, 0, turn]).as_matrix() @ UPRIGHT
-    middle = turned[:2, :2] @ corners.board_mm.mean(0) / width
-    x, y = place / half / focal * distance - middle
-    return np.array(
-        [np.log(focal), 0, 0, turn, x, y, np.log(distance), 0, 0, 0, 0, 0], float
+def _starts(corners: Corners) -> list[np.ndarray]:
+    """Both attitudes of a flat board before a camera of a usual focal length (Collins &
+    Bartoli 2014, Int. J. Comput. Vis. 109, 252)."""
+    half, width = _half_diagonal(corners), corners.sheet.size_mm[0]
+    focal, (high, wide) = 2 * USUAL_FOCAL, corners.shape
+    camera = [[focal * half, 0, (wide - 1) / 2], [0, focal * half, (high - 1) / 2]]
+    flat = np.column_stack([corners.board_mm / width, np.zeros(len(corners.board_mm))])
+    _, turns, places, _ = cv2.solvePnPGeneric(
+        flat,
+        corners.picture_px,
+        np.array([*camera, [0, 0, 1]]),
+        None,
+        flags=cv2.SOLVEPNP_IPPE,
     )
+    starts = []
+    for seen, place in zip(turns, places, strict=True):
+        turned = Rotation.from_matrix(cv2.Rodrigues(seen)[0] @ UPRIGHT)
+        x, y, z = np.ravel(place)
+        attitude = [np.log(focal), *turned.as_rotvec(), x, y, np.log(max(z, 1e-6))]
+        starts.append(np.append(attitude, np.zeros(len(PARAMETERS) - len(attitude))))
+    return starts
 
 
 def _half_diagonal(corners: Corners) -> float:
