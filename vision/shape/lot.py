@@ -33,7 +33,6 @@ SEED_COLUMNS = (
     "reason",
 )
 OUTLINE_COLUMNS = ("photo", "seed", "harmonic", "ax", "bx", "ay", "by")
-MODES = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +143,7 @@ def lot_summary(
     thickness: tuple[float, float, int] | None,
 ) -> dict:
     """Contents of lot.toml: counts of each kind, scale, doubts, mean with 95 % interval
-    and sd of each size, correlations, shape modes. common: relative sd of the errors
+    and sd of each size, correlations. common: relative sd of the errors
     that all seeds share, for each size. thickness: mean, sd [mm] and number where it is
     from other seeds of the lot."""
     sizes = lot.sizes_mm()
@@ -192,16 +191,4 @@ def lot_summary(
         content["correlations"] = {
             name: value for name, value in pairs.items() if np.isfinite(value)
         }
-        content["shape_modes"] = {
-            "share_of_variance": [round(v, 3) for v in shape_modes(lot)[1]]
-        }
     return content
-
-
-def shape_modes(lot: Lot, most: int = MODES) -> tuple[np.ndarray, list[float]]:
-    """Principal components of the outlines, each scaled by half the length: (k, terms),
-    and their shares of the variance."""
-    flat = np.array([(2 * s.terms / s.length_mm).ravel() for s in lot.seeds])
-    _, values, vectors = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=False)
-    share = values**2 / max(float((values**2).sum()), 1e-30)
-    return vectors[:most], [float(v) for v in share[:most]]
