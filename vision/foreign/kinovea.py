@@ -110,7 +110,7 @@ def _seconds(text: str) -> float:
 def _analysis(source: Source) -> Contents:
     root, path, guesses = source.xml, source.path, []
     step, fps = (
-        _finite(source, root, n)
+        source.number(root.findtext(n), n)
         for n in ("AverageTimeStampsPerFrame", "CaptureFramerate")
     )
     if not step or step <= 0:
@@ -153,13 +153,14 @@ def _scale(source: Source, root: Element) -> float | None:
             _numbers(source, line.findtext(f"Segment/{one}"), 2, end, "x;y")
             for one in ("A", "B")
         )
-        length, pixels = _finite(source, line, "Length"), math.dist(a, b)
+        length = source.number(line.findtext("Length"), "Length")
+        pixels = math.dist(a, b)
         mm = LENGTH.get(unit.strip().lower())
         if length and mm and pixels > 0:
             return float(f"{length * mm / pixels:.8g}")
         return None
     mm = LENGTH.get((root.findtext(".//LengthUnit") or "").strip().lower())
-    scale = _finite(source, root, ".//PixelToUnit")
+    scale = source.number(root.findtext(".//PixelToUnit"), "PixelToUnit")
     return float(f"{scale * mm:.8g}") if scale and mm else None
 
 
@@ -176,8 +177,3 @@ def _numbers(
         f"{source.path}: {what} is {(text or '')[:30]!r}; it should be {form}",
     )
     return numbers
-
-
-def _finite(source: Source, root: Element, name: str) -> float | None:
-    value = source.number(root.findtext(name), name)
-    return value if value is not None and math.isfinite(value) else None

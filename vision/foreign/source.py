@@ -1,6 +1,7 @@
 """A file opened once for all readers: text, tables or XML, with limits against hostile
 files."""
 
+import contextlib
 import csv
 import re
 import zipfile
@@ -169,16 +170,14 @@ class Source:
         return self.parsed(self.path.read_bytes())
 
     def number(self, text: str | None, name: str) -> float | None:
-        """The number that `text` is, None without a text; MeasurementError for words,
-        naming what it stands for."""
+        """The finite number that `text` is, None without a text; MeasurementError for
+        all else, naming what it stands for."""
         if text is None or not text.strip():
             return None
-        try:
-            return float(text)
-        except ValueError as error:
-            raise MeasurementError(
-                f"{self.path}: {name} = {text[:30]!r} is not a number"
-            ) from error
+        with contextlib.suppress(ValueError):
+            if np.isfinite(found := float(text)):
+                return found
+        raise MeasurementError(f"{self.path}: {name} = {text[:30]!r} is not a number")
 
     def parsed(self, content: bytes) -> Element:
         """Parsed XML; entities, whose expansion could fill the memory, are refused."""

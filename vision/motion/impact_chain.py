@@ -169,7 +169,7 @@ def _further(
         if len(inside) < 2:
             continue
         rows, missed, log_odds = _likeliest_chain(
-            o.take(inside), log_likelihood[inside], fall
+            o[inside], log_likelihood[inside], fall
         )
         rows = inside[rows]
         if len(rows) and log_odds + _alike(o, first[0], rows) > FURTHER_LOG_ODDS:
@@ -430,17 +430,11 @@ def _with_added(
     new = [
         onset_near(sound, at) for at in moments if _nearest(onsets.time_s, at) is None
     ]
-    times, sds = np.array(new).reshape(-1, 2).T
-    timbre = np.full((len(new), onsets.timbre.shape[1]), np.nan)
-    unknown = {"time_s": times, "sd_s": sds, "timbre": timbre}
-    fields = Onsets.__dataclass_fields__
-    blank = np.full(len(new), np.nan)
-    grown = Onsets(
-        *(np.concatenate([getattr(onsets, f), unknown.get(f, blank)]) for f in fields)
-    )
+    unheard = np.full(len(new), np.nan, onsets.dtype)
+    unheard["time_s"], unheard["sd_s"] = np.reshape(new, (-1, 2)).T
+    grown = np.concatenate([onsets, unheard]).view(Onsets)
     order = np.argsort(grown.time_s, kind="stable")
-    row_of = np.argsort(order)
-    grown = grown.take(order)
+    grown, row_of = grown[order], np.argsort(order)
     rejected = {int(row_of[row]): reason for row, reason in chain.rejected.items()}
     added = [int(np.abs(grown.time_s - at).argmin()) for at in moments]
     impacts = row_of[chain.impacts]

@@ -11,7 +11,6 @@ criterion for two variances: Maeda 1985) or, in strong noise, where the window c
 most of the ring. Both give a likelihood over time, whose width is the sd."""
 
 import itertools
-from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
@@ -57,29 +56,15 @@ CODEC_HZ = (500.0, 8000.0)  # where codecs leave no gaps
 LEAST_DENSITY = 1e-7  # of the noise's power per hertz, relative to its maximum
 
 
-@dataclass(frozen=True, eq=False)
-class Onsets:
-    """n onsets in the order of time, arrays of n rows. time_s, sd_s; strength: −ln of
-    the rate [1/s] of noise peaks as strong; level_db: power over the noise; timbre (n,
-    bands): unit vector of the amplitudes in BANDS_HZ; rise_s: from the onset to half
-    the greatest amplitude of the next 20 ms; lasting_db: the faintest 10 ms of the next
-    50 ms, against the first 10 ms."""
-
-    time_s: np.ndarray
-    sd_s: np.ndarray
-    strength: np.ndarray
-    level_db: np.ndarray
-    timbre: np.ndarray
-    rise_s: np.ndarray
-    lasting_db: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.time_s)
-
-    def take(self, rows: np.ndarray) -> "Onsets":
-        return Onsets(
-            *(getattr(self, name)[rows] for name in self.__dataclass_fields__)
-        )
+# n onsets in the order of time, a record each. strength: −ln of the rate [1/s] of noise
+# peaks as strong; level_db: power over the noise; rise_s: from the onset to half the
+# greatest amplitude of the next 20 ms; lasting_db: the faintest 10 ms of the next 50
+# ms, against the first 10 ms; timbre: unit vector of the amplitudes in BANDS_HZ
+Onsets = np.recarray
+NUMBERS = ("strength", "time_s", "sd_s", "level_db", "rise_s", "lasting_db")
+ONSET = np.dtype(
+    [*((n, float) for n in NUMBERS), ("timbre", float, (len(BANDS_HZ) - 1,))]
+)
 
 
 def find_onsets(sound: Sound) -> Onsets:
@@ -95,15 +80,13 @@ def find_onsets(sound: Sound) -> Onsets:
     for first, stop in itertools.pairwise(edges):
         begin = max(0, first - margin)
         found = _in_block(white[begin : stop + margin], rate, sound.lossy)
-        at = found.time_s + begin / rate
-        inside = np.flatnonzero((at >= first / rate) & (at < stop / rate))
-        part = found.take(inside)
-        parts.append(replace(part, time_s=part.time_s + begin / rate + sound.start_s))
-    names = Onsets.__dataclass_fields__
-    whole = Onsets(
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
-    )
-    return whole.take(np.sort(np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]))
+        found.time_s += begin / rate
+        inside = (found.time_s >= first / rate) & (found.time_s < stop / rate)
+        parts.append(found[inside])
+    whole = np.concatenate(parts).view(Onsets)
+    whole.time_s += sound.start_s
+    strongest = np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]
+    return whole[np.sort(strongest)]
 
 
 def onset_near(sound: Sound, time_s: float) -> tuple[float, float]:
@@ -172,18 +155,18 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     fresh = np.concatenate([over[:lag], power[lag:] / earlier])
     score = np.clip(fresh - STANDS_OUT, 0, MOST_OVER).sum(axis=1)
     at, strength = _peaks(loud, score, hops)
+    noise = float(level.sum())
     rows = [
-        _describe_onset(
-            white, rate, lossy, window, k * hop, power[k], before[k], float(level.sum())
+        (
+            strong,
+            *_describe_onset(
+                white, rate, lossy, window, k * hop, power[k], before[k], noise
+            ),
         )
-        for k in at
+        for k, strong in zip(at, strength, strict=True)
     ]
-    time, sd, loudness, rise, lasting = (
-        np.array([row[:5] for row in rows]).reshape(-1, 5).T
-    )
-    timbre = np.array([row[5] for row in rows]).reshape(-1, len(BANDS_HZ) - 1)
-    order = np.argsort(time, kind="stable")
-    return Onsets(time, sd, strength, loudness, timbre, rise, lasting).take(order)
+    found = np.array(rows, ONSET).view(Onsets)
+    return found[np.argsort(found.time_s, kind="stable")]
 
 
 def _window(rate: float) -> np.ndarray:
@@ -235,7 +218,7 @@ def _describe_onset(
     power: np.ndarray,
     before: np.ndarray,
     noise: float,
-):
+) -> tuple:
     """Time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
     over = power / before
     loud = over > min(STANDS_OUT, float(over.max())) - 1e-9
