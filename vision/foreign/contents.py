@@ -62,28 +62,20 @@ def point_track(
 ) -> PointTrack | None:
     """A track of the rows without NaN, sorted by time; None for fewer than LEAST_ROWS,
     an error for two places at one time."""
-    known = np.isfinite(time) & np.isfinite(x) & np.isfinite(y)
-    time, x, y = time[known], x[known], y[known]
-    if len(time) < LEAST_ROWS:
+    rows = pd.DataFrame({"time": time, "x": x, "y": y}, dtype=float)
+    rows = rows[np.isfinite(rows).all(axis=1)].drop_duplicates()
+    rows = rows.sort_values("time", kind="stable")
+    if len(rows) < LEAST_ROWS:
         return None
+    which = name or "the track"
     require(
-        max(np.abs(x).max(), np.abs(y).max(), np.abs(time).max()) <= LARGEST,
-        f"{path}: {name or 'the track'} holds a place or time above {LARGEST:g},"
-        " which cannot be",
+        rows.abs().to_numpy().max() <= LARGEST,
+        f"{path}: {which} holds a place or time above {LARGEST:g}, which cannot be",
     )
-    order = np.argsort(time, kind="stable")
-    time, x, y = time[order], x[order], y[order]
-    if (twice := np.flatnonzero(np.diff(time) == 0)).size:
-        same = np.append(np.diff(time) == 0, False) & np.append(
-            (np.diff(x) == 0) & (np.diff(y) == 0), False
-        )
-        if same.sum() < twice.size:
-            raise MeasurementError(
-                f"{path}: {name or 'the track'} has two places at the time"
-                f" {time[twice[0]]:g}; keep one"
-            )
-        time, x, y = time[~same], x[~same], y[~same]
-    return PointTrack(name, time, x, y) if len(time) >= LEAST_ROWS else None
+    if len(twice := rows.time[rows.time.duplicated()]):
+        at = f"the time {twice.iloc[0]:g}"
+        raise MeasurementError(f"{path}: {which} has two places at {at}; keep one")
+    return PointTrack(name, *rows.to_numpy().T)
 
 
 def tracks_of(

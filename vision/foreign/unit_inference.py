@@ -5,12 +5,13 @@ A stated unit is used, even where a fall contradicts it: then there is a questio
 unstated unit is the one in which a fall has the acceleration of gravity; where none or
 several fit, lengths stay pixels, with a question."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.lib.stride_tricks import sliding_window_view
 
 from benchtwin.bench.constants import G_M_S2
@@ -31,6 +32,7 @@ LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise
 # acceleration along x over that along y: a roll down an incline has both
 LARGEST_SIDEWAYS = 0.15
 MOST_POINTS = 1000
+PARABOLA = ("rows", "ax", "ay", "sx", "sy", "mx", "my")
 _TIMES = {"seconds": 1.0, "milliseconds": 1e-3, "minutes": 60.0}
 _LENGTHS = {
     "metres": 1000.0,
@@ -50,55 +52,41 @@ class Fall:
     worth: float
 
 
-@dataclass(frozen=True, eq=False)
-class Windows:
-    """Parabolas through w windows of n rows. pull (w, 2): acceleration along x and y;
-    sagitta (w, 2): signed, along each; misfit (w, 2): rms about them."""
-
-    rows: int
-    pull: np.ndarray
-    sagitta: np.ndarray
-    misfit: np.ndarray
-
-
-def parabolas_in(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Iterator[Windows]:
-    """Parabolas through windows of many lengths, all over a track; times increase."""
+def parabolas_in(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> pd.DataFrame:
+    """Parabolas through windows of many lengths, all over a track, that bend by more
+    than noise; times increase. rows: in the window; ax, ay: acceleration; sx, sy:
+    sagitta, signed; mx, my: rms about them."""
     step = max(1, len(time) // MOST_POINTS)
-    time, x, y = time[::step], x[::step], y[::step]
+    extent = max(np.ptp(x), np.ptp(y)) if len(x) else 0.0
+    time, places = time[::step], np.column_stack([x, y])[::step]
+    found = [np.empty((0, len(PARABOLA)))]
     for n in sorted({int(n) for n in np.geomspace(5, max(len(time), 5), 20)}):
-        if n > len(time):
-            return
-        t, across, up = (
-            sliding_window_view(column, n)[:: max(1, n // 6)] for column in (time, x, y)
-        )
-        span = np.ptp(t, axis=1)
-        s = (t - t.mean(axis=1, keepdims=True)) / span[:, None]
+        if n > len(time) or not extent:
+            break
+        some = slice(None, None, max(1, n // 6))
+        t = sliding_window_view(time, n)[some]
+        both = sliding_window_view(places, n, axis=0)[some].swapaxes(1, 2)
+        span = np.ptp(t, axis=1)[:, None]
+        s = (t - t.mean(axis=1, keepdims=True)) / span
         powers = np.stack([np.ones_like(s), s, s**2], axis=2)  # windows × rows × 3
-        both = np.stack([across, up], axis=2)
         squares = np.einsum("wri,wrj->wij", powers, powers)
         fitted = np.linalg.pinv(squares, hermitian=True) @ np.einsum(
             "wri,wrk->wik", powers, both
         )
         misfit = np.std(both - np.einsum("wri,wik->wrk", powers, fitted), axis=1)
-        bend = fitted[:, 2]
-        yield Windows(n, 2 * bend / span[:, None] ** 2, bend / 4, misfit)
+        bend, rows = fitted[:, 2], np.full((len(t), 1), n)
+        found.append(np.hstack([rows, 2 * bend / span**2, bend / 4, misfit]))
+    table = pd.DataFrame(np.concatenate(found), columns=list(PARABOLA))
+    return table[np.hypot(table.sx, table.sy) > LEAST_SAGITTA * extent]
 
 
 def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
     """Windows of rows in which y is a parabola, to LARGEST_MISFIT of its sagitta, and x
     has no acceleration; times must increase."""
-    found: list[Fall] = []
-    extent = max(float(np.ptp(x)), float(np.ptp(y))) if len(x) else 0.0
-    for w in parabolas_in(time, x, y) if extent > 0 else ():
-        aside, sagitta = np.abs(w.sagitta).T
-        worth = sagitta - w.misfit[:, 1] / LARGEST_MISFIT
-        for k in np.flatnonzero(
-            (worth > 0)
-            & (sagitta > LEAST_SAGITTA * extent)
-            & (aside < LARGEST_SIDEWAYS * sagitta)
-        ):
-            found.append(Fall(float(w.pull[k, 1]), float(worth[k])))
-    return found
+    w = parabolas_in(time, x, y)
+    worth = w.sy.abs() - w.my / LARGEST_MISFIT
+    falls = (worth > 0) & (w.sx.abs() < LARGEST_SIDEWAYS * w.sy.abs())
+    return [Fall(*each) for each in zip(w.ay[falls], worth[falls], strict=True)]
 
 
 def free_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:

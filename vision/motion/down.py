@@ -5,11 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchtwin.vision.foreign.unit_inference import (
-    LARGEST_MISFIT,
-    LEAST_SAGITTA,
-    parabolas_in,
-)
+from benchtwin.vision.foreign.unit_inference import LARGEST_MISFIT, parabolas_in
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -30,25 +26,20 @@ def direction_of_fall(
 ) -> tuple[float, float] | None:
     """The direction [deg, clockwise from straight down] in which most of what flies in
     a track accelerates, y up, and its sd; None where nothing does, or not in one."""
-    extent = max(float(np.ptp(x)), float(np.ptp(y)))
-    told = [np.empty((0, 4))]  # acceleration along x and y, worth, sd of its direction
-    for w in parabolas_in(time, x, y) if extent > 0 else ():
-        sagitta, misfit = np.hypot(*w.sagitta.T), np.hypot(*w.misfit.T)
-        worth = sagitta - misfit / LARGEST_MISFIT
-        kept = (worth > 0) & (sagitta > LEAST_SAGITTA * extent)
-        # of a parabola's bend, n rows of sd σ over a span of 1: σ √(180/n)
-        bend = misfit[kept] * np.sqrt(180 / w.rows) / (4 * sagitta[kept])
-        told.append(np.c_[w.pull[kept], worth[kept], np.degrees(bend)])
-    pull, worth, sd = np.split(np.concatenate(told), (2, 3), axis=1)
-    if not len(worth):
+    w = parabolas_in(time, x, y)
+    sagitta, misfit = np.hypot(w.sx, w.sy), np.hypot(w.mx, w.my)
+    w = w.assign(worth=sagitta - misfit / LARGEST_MISFIT)
+    # of a parabola's bend, n rows of sd σ over a span of 1: σ √(180/n)
+    w = w.assign(sd=np.degrees(misfit * np.sqrt(180 / w.rows) / (4 * sagitta)))
+    if (w := w[w.worth > 0]).empty:
         return None
-    best = pull[worth.argmax()]
-    alike = np.hypot(*(pull - best).T) < ALIKE * np.hypot(*best)
-    if worth[alike].sum() < LEAST_SHARE * worth.sum():
+    best = w.loc[w.worth.idxmax()]
+    off = np.hypot(w.ax - best.ax, w.ay - best.ay)
+    alike = w[off < ALIKE * np.hypot(best.ax, best.ay)]
+    if alike.worth.sum() < LEAST_SHARE * w.worth.sum():
         return None
-    mean = (worth[alike] * pull[alike]).sum(0)
-    deg = np.degrees(np.arctan2(-mean[0], -mean[1]))
-    return float(deg), float(sd[alike].min())
+    mean = alike.worth @ alike[["ax", "ay"]]
+    return float(np.degrees(np.arctan2(-mean.ax, -mean.ay))), float(alike.sd.min())
 
 
 def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, ...]]:
