@@ -30,16 +30,15 @@ LOAD, FROM_CONTACTS = 7, 8
 J1, J2, J3, SHAPE_MASS, DIAMETER, BOUND, ROUND, SINGLE, INVERSE_MASS = range(9)
 
 
-def traits(shape, shape_of):
-    """1/m and, for bodies of one ball about the centre of mass, 1/I, else 0; two
-    numbers a body, flat, in the bodies' order.
+def traits(shape):
+    """1/m and, for bodies of one ball about the centre of mass, 1/I, else 0: numbers of
+    each shape, which are read in the bodies' order.
 
-    With thousands of sizes the table of shapes is a cache miss a body; this is read in
-    sequence."""
+    With thousands of sizes the table of shapes is a cache miss a body."""
     simple = (shape[:, ROUND] > 0) & (shape[:, SINGLE] > 0)
     return np.column_stack(
         [shape[:, INVERSE_MASS], np.where(simple, shape[:, J1], 0.0)]
-    )[shape_of].ravel()
+    )
 
 
 def predict(first, last, dt, s: View, P, who):

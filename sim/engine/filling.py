@@ -1,8 +1,11 @@
-"""Where seeds start: as placed, or scattered at random."""
+"""Where seeds start: as placed, or scattered at random; and that they are apart."""
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from benchtwin.sim.engine.neighbours import extent
+from benchtwin.sim.engine.surfaces import PLANE, nearest
+from benchtwin.sim.engine.walls import WallTables
 from benchtwin.sim.engine.world import Placed, Scattered, World
 from benchtwin.sim.rotation import turned
 
@@ -92,11 +95,11 @@ def _balls(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of all balls: where they are about their seed's centre [m], radius [m], seed."""
     seeds = [shapes[k] for k in shape_of]
-    arms = [turned(q, seed.centres_m) for q, seed in zip(turns, seeds, strict=True)]
     radii = [np.atleast_1d(seed.radii_m) for seed in seeds]
     owner = np.repeat(np.arange(len(seeds)), [len(r) for r in radii])
-    none = [np.zeros((0, 3))], [np.zeros(0)]
-    return np.concatenate(arms or none[0]), np.concatenate(radii or none[1]), owner
+    centres = np.concatenate([np.zeros((0, 3)), *(seed.centres_m for seed in seeds)])
+    arms = turned(turns[owner], centres)
+    return arms, np.concatenate([np.zeros(0), *radii]), owner
 
 
 def _drawn(group: Scattered, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -134,3 +137,40 @@ def _touching(
     one, other = owner[i[touch]], owner[j[touch]]
     later = np.where(fresh[j[touch]], np.maximum(one, other), one)
     return np.unique(later)
+
+
+def check_apart(
+    world: World, walls: WallTables, ball: np.ndarray, owner: np.ndarray, allowed: float
+) -> None:
+    """ValueError where two seeds, or a seed and a wall, overlap by more than `allowed`
+    of the smaller ball's radius. ball (m, 4): centres, radii [m]; owner (m,): seeds."""
+    at, radii = ball[:, :3], ball[:, 3]
+    i, j = cKDTree(at).query_pairs(2.0 * radii.max(), output_type="ndarray").T
+    i, j = i[owner[i] != owner[j]], j[owner[i] != owner[j]]
+    overlap = radii[i] + radii[j] - np.linalg.norm(at[i] - at[j], axis=1)
+    share = overlap / np.minimum(radii[i], radii[j])
+    worst, first, other = 0.0, 0, ""
+    if len(i):
+        k = int(share.argmax())
+        one, two = sorted((int(owner[i[k]]), int(owner[j[k]])))
+        worst, first, other = float(share[k]), one, f"seed {two}"
+    for p, row in enumerate(walls.prim):
+        for b in _near(at, radii, int(walls.kind[p]), row):
+            share_b = 1.0 - nearest(walls.kind[p], row, *at[b])[3] / radii[b]
+            if share_b > worst:
+                name = world.walls[walls.wall[p]].name
+                worst, first, other = share_b, int(owner[b]), f"wall {name!r}"
+    if worst > allowed:
+        raise ValueError(
+            f"seeds: seed {first} and {other} overlap by {100 * worst:.2g} % of the"
+            f" smaller ball's radius at the start; {100 * allowed:.2g} % is allowed"
+        )
+
+
+def _near(at: np.ndarray, radii: np.ndarray, kind: int, row: np.ndarray) -> np.ndarray:
+    """Balls that may touch a primitive."""
+    if kind == PLANE:
+        return np.flatnonzero((at - row[:3]) @ row[3:6] < radii)
+    low, high = np.array([extent(kind, row, k) for k in range(3)]).T
+    apart = np.maximum(low - at, at - high).max(axis=1)
+    return np.flatnonzero(apart < radii)

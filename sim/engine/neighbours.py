@@ -13,58 +13,9 @@ import numpy as np
 from benchtwin.sim.engine.bodies import BOUND, X
 from benchtwin.sim.engine.surfaces import PLANE, TRIANGLE, nearest
 
-MOST_CELLS_PER_BODY = 4
-
 # Bodies as they are searched, and the cells that they are sorted into.
 Bodies = namedtuple("Bodies", "motion shape_of shape ball_start ball")
 Grid = namedtuple("Grid", "size sides low strides axes starts")
-
-
-def cells(motion, reach, sides, low):
-    """Cell grid over the bodies: fills sides (3) and low (3), returns the cell size, at
-    least `reach`; axes in their own order."""
-    n = len(motion)
-    high = np.empty(3)
-    for k in range(3):
-        low[k], high[k] = motion[0, X + k], motion[0, X + k]
-    for i in range(1, n):
-        for k in range(3):
-            low[k] = min(low[k], motion[i, X + k])
-            high[k] = max(high[k], motion[i, X + k])
-    size = reach
-    while True:
-        cells_in_all = 1.0
-        for k in range(3):
-            cells_in_all *= math.floor((high[k] - low[k]) / size) + 1.0
-        if cells_in_all <= MOST_CELLS_PER_BODY * n + 27:
-            break
-        size *= 1.25  # a few bodies far apart: wider cells rather than many empty ones
-    for k in range(3):
-        sides[k] = math.floor((high[k] - low[k]) / size) + 1
-    return size
-
-
-def sort_into_cells(motion, size, sides, low, strides, order, starts):
-    """Stable order of the bodies by cell (`order`), and where each cell begins in it
-    (`starts`, cells + 1).
-
-    `strides`: the longest side outermost.
-    """
-    n = len(motion)
-    key = np.empty(n, np.int64)
-    starts[:] = 0
-    for i in range(n):
-        c = 0
-        for k in range(3):
-            c += min(int((motion[i, X + k] - low[k]) / size), sides[k] - 1) * strides[k]
-        key[i] = c
-        starts[c + 1] += 1
-    for c in range(len(starts) - 1):
-        starts[c + 1] += starts[c]
-    at = starts[:-1].copy()
-    for i in range(n):
-        order[at[key[i]]] = i
-        at[key[i]] += 1
 
 
 def stencil(axes):

@@ -14,7 +14,7 @@ from benchtwin.sim.engine import bodies, kernels, lists, turning
 from benchtwin.sim.engine import state as states
 from benchtwin.sim.engine.audit import Audit
 from benchtwin.sim.engine.compiled import fingerprint, is_kept, kernel
-from benchtwin.sim.engine.filling import place
+from benchtwin.sim.engine.filling import check_apart, place
 from benchtwin.sim.engine.gathering import S_OVERLAP, SUMS
 from benchtwin.sim.engine.kernels import (
     DONE,
@@ -30,6 +30,7 @@ from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.time_step import farthest_reach_m, time_step
 from benchtwin.sim.engine.world import Tables, World, tabulate_world
 from benchtwin.sim.laws import LAWS
+from benchtwin.sim.rotation import turned
 
 # a quarter of a second or so, after which Ctrl-C gets its turn
 BALL_STEPS_A_CALL = 2_000_000
@@ -68,7 +69,8 @@ def init(
     """The state at t = 0: seeds placed, lists made, forces known.
 
     Seeds that overlap each other or a wall by more than `allowed_overlap` of a radius
-    are refused; give more for seeds that are placed as a settled bed had them."""
+    are refused, before anything is compiled; give more for seeds that are placed as a
+    settled bed had them."""
     tables, dt = tables_of(world), time_step(world)
     kind, x, q, v, w = place(world, rng)
     _check_inside(world, x)
@@ -79,8 +81,10 @@ def init(
     m = int(ball_start[-1])
     starts = tables.shape_start
     numbers = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in kind])
-    ball = np.zeros((m, 4))
-    ball[:, 3] = tables.shape_ball[numbers, 3]
+    owner = np.repeat(np.arange(n, dtype=np.uint32), counts)
+    ball = tables.shape_ball[numbers]
+    ball[:, :3] = x[owner] + turned(q[owner], ball[:, :3])
+    check_apart(world, tables.walls, ball, owner, allowed_overlap)
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
     state = State(
         step=0,
@@ -95,7 +99,7 @@ def init(
         shape_of=kind.astype(np.uint32),
         material=tables.shape_material[kind],
         ball=ball,
-        owner=np.repeat(np.arange(n, dtype=np.uint32), counts),
+        owner=owner,
         ball_id=np.arange(m, dtype=np.uint32),
         ball_start=ball_start,
         path=np.zeros(m),
@@ -134,9 +138,7 @@ def init(
         state.path,
     )
     state = relist(tables, state)
-    state = first_forces(world, state)
-    _check_apart(state, allowed_overlap)
-    return state
+    return first_forces(world, state)
 
 
 def start_bodies(
@@ -199,19 +201,10 @@ def first_forces(world: World, state: State) -> State:
     return state
 
 
-def _check_apart(state: State, allowed: float) -> None:
-    worst = float(state.sums[:, S_OVERLAP].max())
-    if not worst <= allowed:
-        raise ValueError(
-            f"seeds: they overlap each other or a wall by up to {100 * worst:.2g} % of"
-            f" a radius at the start; {100 * allowed:.2g} % is allowed"
-        )
-
-
 def _view(world: World, tables: Tables, s: State) -> View:
     """What the kernels see: the arrays of `s` themselves, of its world, and scratch."""
     w, blocks, pairs = tables.walls, len(s.block_body) - 1, len(s.pair_i)
-    trait = bodies.traits(tables.shape, s.shape_of)
+    trait = tables.trait[s.shape_of].ravel()
     seen = {**vars(tables), **vars(s)}  # those that bear the same name
     seen |= {
         "motion": s.motion.ravel(),

@@ -9,9 +9,6 @@ its centre, radius; solid."""
 
 import math
 
-from numba import njit
-
-from benchtwin.sim.engine.compiled import INNER, OPTIONS
 from benchtwin.sim.engine.view import View
 
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE, BALL = range(5)
@@ -22,7 +19,6 @@ EDGE = 1
 VERTEX = 4
 
 
-@njit(**OPTIONS)
 def nearest(kind, row, x, y, z):
     """Nearest point of one primitive to a ball's centre: unit normal (3) towards the
     ball, distance, feature.
@@ -52,7 +48,6 @@ def nearest(kind, row, x, y, z):
     return nx / distance, ny / distance, nz / distance, beyond, feature
 
 
-@njit(**INNER)
 def _on_cylinder(row, dx, dy, dz):
     ax, ay, az = row[3], row[4], row[5]
     length2 = ax * ax + ay * ay + az * az
@@ -64,7 +59,6 @@ def _on_cylinder(row, dx, dy, dz):
     return s * ax + k * rx, s * ay + k * ry, s * az + k * rz
 
 
-@njit(**INNER)
 def _on_parallelogram(row, dx, dy, dz):
     """Exact for rectangles, which is what `walls.Rectangle` makes."""
     ax, ay, az, bx, by, bz = row[3], row[4], row[5], row[6], row[7], row[8]
@@ -77,7 +71,6 @@ def _on_parallelogram(row, dx, dy, dz):
     return u * ax + v * bx, u * ay + v * by, u * az + v * bz
 
 
-@njit(**INNER)
 def _on_triangle(row, dx, dy, dz):
     """Ericson (2005), Real-Time Collision Detection, section 5.1.5, keeping which
     corner, edge or face it was."""
@@ -111,7 +104,6 @@ def _on_triangle(row, dx, dy, dz):
     return v * ax + w * bx, v * ay + w * by, v * az + w * bz, FACE
 
 
-@njit(**INNER)
 def shares_feature(corners, feature, others):
     """Whether the triangle with corner numbers `others` contains the given feature of
     the triangle `corners`."""
@@ -201,7 +193,6 @@ def place_walls(t, view: View):
             view.wall_way[0] = max(view.wall_way[0], moved(prim[k], view.prim_ref[k]))
 
 
-@njit(**INNER)
 def moved(row, ref):
     """How far a point of a primitive has moved at most: its corners, and for a cylinder
     its rim."""
@@ -220,7 +211,6 @@ def moved(row, ref):
     return math.sqrt(way2) + rim
 
 
-@njit(**INNER)
 def rotate(ux, uy, uz, c, s, x, y, z):
     """Vector turned about the unit axis u by the angle with cosine c and sine s
     (Rodrigues)."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine import assemble
+from benchtwin.sim.engine.bodies import traits
 from benchtwin.sim.engine.tiles import COLUMNS
 from benchtwin.sim.engine.walls import Wall, WallTables, tabulate
 from benchtwin.sim.laws import LAWS
@@ -200,6 +201,7 @@ class Tables:
     walls: WallTables
     body_numbers: np.ndarray
     shape: np.ndarray  # (shapes, 9): see `bodies`
+    trait: np.ndarray  # (shapes, 2): see `bodies.traits`
     shape_start: np.ndarray
     shape_ball: np.ndarray  # (balls, 4): centre in the principal frame, radius
     shape_material: np.ndarray
@@ -316,6 +318,7 @@ def tabulate_world(world: World) -> Tables:
         walls=tabulate(world.walls),
         body_numbers=np.array([v for row in body for v in row], float),
         shape=shape,
+        trait=traits(shape),
         shape_start=start,
         shape_ball=balls,
         shape_material=material,

@@ -1,6 +1,9 @@
 """Running: the same bits whatever the threads, stops and restarts; seeds that leave;
 watches; what is refused."""
 
+import os
+import subprocess
+import sys
 from dataclasses import fields, replace
 
 import numpy as np
@@ -24,6 +27,7 @@ from benchtwin.sim.engine.walls import (
 from benchtwin.sim.engine.world import Placed, Scattered, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact
+from benchtwin.sim.rotation import any_turn, turned
 from benchtwin.sim.seed import Seed
 
 SOFT = SOYBEAN.softened(1e7)
@@ -287,14 +291,104 @@ def refused(match, **change):
         init(World(**{**good, **change}), RNG(0))
 
 
+@pytest.mark.parametrize(
+    ("group", "walls", "said"),
+    [
+        (  # two balls of 3 mm whose centres are 5.4 mm apart
+            Placed((BALL,), SOFT, [[0, 0, 0.02], [0, 0, 0.0254], [0.01, 0, 0.02]]),
+            (),
+            "seed 0 and seed 1 overlap by 20 % of the smaller ball's radius at the"
+            " start; 0.1 % is allowed",
+        ),
+        (  # of a small and a large ball, 1.5 mm
+            Placed(
+                (BALL, Seed.from_spheres([[0, 0, 0]], [6e-3])),
+                SOFT,
+                [[0, 0, 0.02], [0, 0.0075, 0.02]],
+                shape_of=[0, 1],
+            ),
+            (),
+            "seed 0 and seed 1 overlap by 50 %",
+        ),
+        (  # 2 mm from the inside of a cylinder
+            Placed((BALL,), SOFT, [[0.018, 0, 0.05]]),
+            (Cylinder("tube", Q235, (0, 0, 0), (0, 0, 0.1), 0.02),),
+            "seed 0 and wall 'tube' overlap by 33 %",
+        ),
+        (  # beside a rectangle's edge, its corner 2.4 mm away
+            Placed((BALL,), SOFT, [[0.5024, 0, 0.1]]),
+            (Rectangle("shelf", Q235, (0, -0.5, 0.1), (0.5, 0, 0), (0, 1, 0)),),
+            "seed 0 and wall 'shelf' overlap by 20 %",
+        ),
+        (  # on a triangle of a mesh
+            Placed((BALL,), SOFT, [[0.1, 0.1, 0.0015]]),
+            (Mesh("chute", Q235, 0.5 * np.eye(3)[[2, 0, 1]] * [1, 1, 0], [[0, 1, 2]]),),
+            "seed 0 and wall 'chute' overlap by 50 %",
+        ),
+    ],
+)
+def test_a_start_with_overlaps_says_who_and_by_how_much(group, walls, said):
+    world = World((group,), walls or (Plane("floor", Q235),), CONTACTS)
+    with pytest.raises(ValueError, match=said):
+        init(world, RNG(0))
+    assert init(world, RNG(0), allowed_overlap=0.9).count == len(group.positions)
+
+
+def test_a_turned_seeds_overlap_with_a_wall_is_its_balls():
+    """0.5 mm of the lowest ball, or more of a smaller one's radius, as the seed
+    lies."""
+    rng = RNG(3)
+    for _ in range(20):
+        q = any_turn(rng)
+        heights = turned(q, BEAN.centres_m)[:, 2] - BEAN.radii_m
+        height = -heights.min() - 0.5e-3
+        group = Placed((BEAN,), SOFT, [[0, 0, height]], [q])
+        share = 100 * np.max(-(heights + height) / BEAN.radii_m)
+        with pytest.raises(ValueError, match=f"wall 'floor' overlap by {share:.2g} %"):
+            init(World((group,), (Plane("floor", Q235),), CONTACTS), RNG(0))
+
+
+REFUSED = """
+import numpy as np
+from numba.core import event
+from benchtwin.sim.engine.step import init
+from benchtwin.sim.engine.walls import Plane
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from benchtwin.sim.seed import Seed
+ball = Seed.from_spheres([[0, 0, 0]], [3e-3])
+two = LAWS["spring_linear"].use(stiffness=1e4), LAWS["spring_jkr"].use(work=0.1)
+stiff = (LAWS["spring_linear"].use(stiffness=1e12),)
+cases = [
+    ("overlap by 33 %", [[0, 0, 2e-3]], ()),
+    ("overlap by 33 %", [[0, 0, 4e-3], [0, 5e-3, 4e-3]], ()),
+    ("choose one", [[0, 0, 4e-3]], two),
+    ("choose what is softer", [[0, 0, 4e-3]], stiff),
+]
+with event.install_recorder("numba:compile") as compiled:
+    for said, places, laws in cases:
+        try:
+            group = Placed((ball,), SOYBEAN, places)
+            contacts = SOYBEAN_Q235, SOYBEAN_SOYBEAN
+            world = World((group,), (Plane("floor", Q235),), contacts, laws)
+            init(world, np.random.default_rng(0))
+        except ValueError as error:
+            assert said in str(error), error
+        else:
+            raise AssertionError(said)
+assert not compiled.buffer, compiled.buffer
+"""
+
+
+def test_what_is_refused_is_refused_before_anything_is_compiled(tmp_path):
+    """In a process of its own, in which nothing has been."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", REFUSED], env=environment, check=True)
+    assert not list(tmp_path.rglob("*.nbi"))
+
+
 def test_what_is_refused():
-    refused(
-        "overlap each other or a wall",
-        seeds=(Placed((BALL,), SOFT, [[0, 0, 0.004], [0, 0.001, 0.0045]]),),
-    )
-    refused(
-        "overlap each other or a wall", seeds=(Placed((BALL,), SOFT, [[0, 0, 0.002]]),)
-    )
     refused("finite", seeds=(Placed((BALL,), SOFT, [[0, 0, np.nan]]),))
     refused("outside the domain", domain=((0, 0, 0), (1, 1, 0.001)))
     refused(
