@@ -25,8 +25,9 @@ def heard(file: Path, height_mm: float | None) -> tuple[np.ndarray, np.ndarray]:
 
     sound = read_sound(file)
     onsets = find_onsets(sound)
-    chain = find_chain(onsets, sound.duration_s, height_mm)
-    return onsets.time_s[chain.impacts], onsets.sd_s[chain.impacts]
+    found, _ = find_chain(onsets, sound.duration_s, height_mm)
+    impacts = found[found.drop >= 0]
+    return impacts.time_s, impacts.sd_s
 
 
 @dataclass(eq=False)
@@ -136,9 +137,10 @@ def sessions(e: float, stated: bool, sounds: int) -> str:
         one = drawn[0]
         sound = Sound(Path("drawn"), one.samples, one.rate, 0.0, False)
         onsets = find_onsets(sound)
-        chain = find_chain(onsets, sound.duration_s, one.height_mm if stated else None)
-        begins = np.flatnonzero(np.diff(chain.drop, prepend=-1))
-        times = onsets.time_s[chain.impacts[begins]]
+        height_mm = one.height_mm if stated else None
+        heard_all, _ = find_chain(onsets, sound.duration_s, height_mm)
+        impacts = heard_all[heard_all.drop >= 0]
+        times = impacts.time_s[np.flatnonzero(np.diff(impacts.drop, prepend=-1))]
         off = np.abs(times[:, None] - [d.times[0] for d in drawn])
         due, said = due + len(drawn), said + len(times)
         found += int((off.min(axis=1, initial=np.inf) < MATCH_S).sum())

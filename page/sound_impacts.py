@@ -9,7 +9,7 @@ import numpy as np
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, Quantity
-from benchtwin.vision.motion.drop_sound import SoundImpacts, find_impacts
+from benchtwin.vision.motion.drop_sound import find_impacts
 from benchtwin.vision.motion.onsets import APART_S, Onsets
 from benchtwin.vision.recording import Recording
 
@@ -55,21 +55,18 @@ def find_with_corrections(
         added, why = list(drop.impacts_added_s or ()), str(error)
         return SoundView([], added, struck, sudden, (), automatic, (), why)
     seen = measured(heard, recording)
-    impacts = _times(heard, heard.chain.impacts)
+    found = heard.onsets
+    impacts = found.time_s[found.drop >= 0].tolist()
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]
     return SoundView(
         impacts,
-        _times(heard, heard.added),
+        found.time_s[found.added].tolist(),
         struck,
         others,
         seen.quantities,
         automatic,
         seen.notes,
     )
-
-
-def _times(heard: SoundImpacts, rows) -> list[float]:
-    return [float(heard.onsets.time_s[row]) for row in rows]
 
 
 def changes_of_click(at_s: float, reach_s: float, now: SoundView, drop: Any) -> Changes:

@@ -46,11 +46,7 @@ def observe_sound(recording: Recording, file: Path) -> Observation:
     caption = ", ".join(q.in_words for q in shown)
     return replace(
         found,
-        pictures={
-            "sound": draw_sound(
-                heard.sound, heard.onsets, heard.chain, heard.added, caption
-            )
-        },
+        pictures={"sound": draw_sound(heard.sound, heard.onsets, caption)},
     )
 
 

@@ -12,7 +12,7 @@ from benchtwin.vision.measurement import (
     MeasurementError,
     require,
 )
-from benchtwin.vision.motion.impact_chain import Chain, correct_impacts, find_chain
+from benchtwin.vision.motion.impact_chain import correct_impacts, find_chain
 from benchtwin.vision.motion.onsets import Onsets, find_onsets
 from benchtwin.vision.recording import Recording
 
@@ -37,13 +37,10 @@ class HeardDrop:
 
 @dataclass(frozen=True, eq=False)
 class SoundImpacts:
-    """The impacts in a sound, of one drop or several; added: rows of the onsets that
-    somebody added as impacts."""
+    """The impacts in a sound, of one drop or several."""
 
     sound: Sound
     onsets: Onsets
-    chain: Chain
-    added: tuple[int, ...]
     drops: tuple[HeardDrop, ...]
     notes: tuple[str, ...]
 
@@ -89,57 +86,53 @@ def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
 def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImpacts:
     """Select the onsets that are impacts and apply the recording's corrections.
     MeasurementError for fewer than two impacts."""
-    found = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
-    onsets, chain, added, corrections = correct_impacts(
-        sound, onsets, found, recording.drop, str(recording.toml)
+    found, log_odds = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
+    onsets, corrections = correct_impacts(
+        sound, found, recording.drop, str(recording.toml)
     )
-    counts = np.bincount(chain.drop)
+    impacts = onsets[onsets.drop >= 0]
+    counts = np.bincount(impacts.drop)
     require(
         (counts >= 2).any(),
         f"{sound.path}: {'; '.join(corrections) or _too_few(onsets)}",
     )
     drops, said = [], []
     for number in np.flatnonzero(counts >= 2):
+        sure = bool(corrections) or log_odds[number] > LEAST_LOG_ODDS
         one, notes = _heard_drop(
-            chain, onsets, int(number), recording, bool(corrections)
+            impacts[impacts.drop == number], recording, sure, bool(corrections)
         )
         drops.append(one)
         said += [
             note if len(counts) == 1 else f"drop {len(drops)}: {note}" for note in notes
         ]
     alone = [
-        f"the impact at {onsets.time_s[row]:.3f} s is alone and is not used"
-        for row in chain.impacts[counts[chain.drop] == 1]
+        f"the impact at {time:.3f} s is alone and is not used"
+        for time in impacts.time_s[counts[impacts.drop] == 1]
     ]
     count = [f"{len(drops)} drops heard"] if len(drops) > 1 else []
     first, *others = said
-    rejected = _rejection_notes(chain, onsets)
+    rejected = _rejection_notes(onsets)
     notes = [*sound.notes, *count, first, *corrections, *others, *alone, *rejected]
-    return SoundImpacts(sound, onsets, chain, added, tuple(drops), tuple(notes))
+    return SoundImpacts(sound, onsets, tuple(drops), tuple(notes))
 
 
 def _heard_drop(
-    chain: Chain, onsets: Onsets, number: int, recording: Recording, corrected: bool
+    impacts: Onsets, recording: Recording, sure: bool, corrected: bool
 ) -> tuple[HeardDrop, list[str]]:
-    """One drop of a chain, and notes; corrected: by hand."""
-    own = chain.drop == number
-    impacts, missed = chain.impacts[own], chain.missed[own]
-    rows, first, notes = _longest_complete_run(impacts, missed, onsets)
-    doubt = (
-        ""
-        if corrected or chain.log_odds[number] > LEAST_LOG_ODDS
-        else "few impacts, and other sounds nearly as likely to be them"
-    )
+    """One drop by its impacts, and notes; corrected: by hand."""
+    run, first, notes = _longest_complete_run(impacts)
+    doubt = "" if sure else "few impacts, and other sounds nearly as likely to be them"
     if (
-        len(rows) == 2
+        len(run) == 2
         and len(impacts) == 2
         and not recording.drop.height_mm
         and not corrected
     ):
         doubt = "two impacts, one interval: another impact may lie between them"
-    times, sd = onsets.time_s[rows], onsets.sd_s[rows]
+    times, sd = run.time_s, run.sd_s
     listed = (
-        f"{len(rows)} impacts heard, the first at {times[0]:.4f} s, to ±"
+        f"{len(run)} impacts heard, the first at {times[0]:.4f} s, to ±"
         f" {1000 * np.median(sd):.2g} ms each"
     )
     return HeardDrop(times, sd, first, doubt), [listed, *notes]
@@ -158,18 +151,18 @@ def _too_few(onsets: Onsets) -> str:
 
 
 def _longest_complete_run(
-    impacts: np.ndarray, missed: np.ndarray, onsets: Onsets
-) -> tuple[np.ndarray, bool, list[str]]:
+    impacts: Onsets,
+) -> tuple[Onsets, bool, list[str]]:
     """The longest run of impacts with none missing, whether it begins with the first of
     all, notes."""
-    edges = [0, *np.flatnonzero(missed), len(impacts)]
+    edges = [0, *np.flatnonzero(impacts.missed), len(impacts)]
     a, b = max(
         itertools.pairwise(edges), key=lambda part: (part[1] - part[0], -part[0])
     )
     notes = [
-        f"an impact between {onsets.time_s[impacts[k - 1]]:.3f} and"
-        f" {onsets.time_s[impacts[k]]:.3f} s was not heard"
-        for k in np.flatnonzero(missed)
+        f"an impact between {impacts.time_s[k - 1]:.3f} and"
+        f" {impacts.time_s[k]:.3f} s was not heard"
+        for k in np.flatnonzero(impacts.missed)
     ]
     if notes:
         notes.append(
@@ -178,11 +171,11 @@ def _longest_complete_run(
     return impacts[a:b], a == 0, notes
 
 
-def _rejection_notes(chain: Chain, onsets: Onsets) -> list[str]:
+def _rejection_notes(onsets: Onsets) -> list[str]:
     """One note for each reason of rejection, with the times of the sounds."""
     by_reason: dict[str, list[str]] = {}
-    for row, reason in chain.rejected.items():
-        by_reason.setdefault(reason, []).append(f"{onsets.time_s[row]:.3f}")
+    for no_impact in onsets[onsets.why != ""]:
+        by_reason.setdefault(no_impact.why, []).append(f"{no_impact.time_s:.3f}")
     more = {
         reason: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else ""
         for reason, at in by_reason.items()

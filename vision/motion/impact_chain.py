@@ -11,7 +11,6 @@ sought in the same way: a recording holds as many drops as chains stand out."""
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, require
-from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
+from benchtwin.vision.motion.onsets import APART_S, HEARD, Onsets, onset_near
 
 G = G_MM_S2 / 1000  # m/s²
 LEAST_E, MOST_E = 0.08, 1.0
@@ -71,42 +70,27 @@ RELEASE_S, RELEASE_INTERVALS = 0.4, 2.2
 PRIOR_SD_S, PRIOR_FACTOR = 2e-4, 2.0  # log-normal prior of the sd of an impact time
 
 
-@dataclass(frozen=True, eq=False)
-class Chain:
-    """impacts (m,): rows of the onsets, in order; missed (m,): whether an impact before
-    this one, of the same drop, was not heard; drop (m,): which drop it is of, from 0.
-    rejected: {row: reason} of the other onsets that stand out; log_odds: ln likelihood
-    ratio of each drop's chain."""
-
-    impacts: np.ndarray
-    missed: np.ndarray
-    drop: np.ndarray
-    rejected: dict[int, str]
-    log_odds: tuple[float, ...]
-
-
 # Rows of the impacts of one drop, whether one before each was missed, ln odds.
 _OneDrop = tuple[np.ndarray, np.ndarray, float]
 
 
-def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Chain:
-    """The likeliest chain of impacts and those of further drops before and after it,
-    empty where there are not two impacts; height_mm: of the fall, None where it is not
-    stated.
+def find_chain(
+    onsets: Onsets, duration_s: float, height_mm: float | None
+) -> tuple[Onsets, tuple[float, ...]]:
+    """The onsets with the likeliest chain of impacts and those of further drops before
+    and after it, of none where there are not two impacts, and ln odds of each drop;
+    height_mm: of the fall, None where it is not stated.
 
     First impacts of several drops may look like a chain, too: drops of longer and of
     shorter intervals only are compared, by the evidence of all drops together."""
     lasts = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
     falls = [(lasts, longest) for longest in LONGEST_S]
     drops = max((_drops(onsets, duration_s, f) for f in falls), key=_evidence)
-    impacts = _rows(drops)
-    return Chain(
-        impacts,
-        np.concatenate([np.zeros(0, bool), *(missed for _, missed, _ in drops)]),
-        np.repeat(np.arange(len(drops)), [len(rows) for rows, _, _ in drops]),
-        _rejections(onsets, impacts),
-        tuple(log_odds for *_, log_odds in drops),
-    )
+    found = onsets.copy()
+    for number, (rows, missed, _) in enumerate(drops):
+        found.drop[rows], found.missed[rows] = number, missed
+    found.why = _rejections(found)
+    return found, tuple(log_odds for *_, log_odds in drops)
 
 
 # how long a rebound to the height of the fall would last, None where that is not
@@ -338,11 +322,12 @@ def _log_likelihood_of_level(change_db, due_db):
     return -0.5 * np.minimum(((change_db - due_db) / LEVEL_SD_DB) ** 2, 8.0)
 
 
-def _rejections(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
-    """Why each onset that stands out from the noise is no impact, by row."""
+def _rejections(o: Onsets) -> np.ndarray:
+    """Why each onset that stands out from the noise is no impact, else ""."""
+    impacts = np.flatnonzero(o.drop >= 0)
     lags, times = echo_lags(o), o.time_s[impacts]
     first, last = (times[0], times[-1]) if len(times) else (-np.inf, np.inf)
-    out = {}
+    out = o.why.copy()
     heard = np.flatnonzero(o.strength > LEAST_STRENGTH)
     for i in np.setdiff1d(heard, impacts).tolist():
         after = o.time_s[i] - times
@@ -368,12 +353,12 @@ def _rejections(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
 
 
 def correct_impacts(
-    sound: Sound, onsets: Onsets, chain: Chain, drop: Any, where: str
-) -> tuple[Onsets, Chain, tuple[int, ...], list[str]]:
-    """(onsets, chain, rows of the added impacts, notes) after the corrections in
-    `drop`, which the file `where` states."""
+    sound: Sound, onsets: Onsets, drop: Any, where: str
+) -> tuple[Onsets, list[str]]:
+    """The onsets, and notes, after the corrections in `drop`, which the file `where`
+    states."""
     if not (drop.impacts_added_s or drop.impacts_struck_s):
-        return onsets, chain, (), []
+        return onsets, []
     for name in ("impacts_added_s", "impacts_struck_s"):
         for at in getattr(drop, name) or ():
             if not sound.start_s <= at <= sound.start_s + sound.duration_s:
@@ -382,63 +367,45 @@ def correct_impacts(
                     f"{where}: [drop] {name}: {at:g} s is not in this sound,"
                     f" {sound.start_s:.3g} to {until:.4g} s"
                 )
-    onsets, chain, added = _with_added(sound, onsets, chain, drop.impacts_added_s or ())
-    struck, notes = set(), []
+    found = _with_added(sound, onsets, drop.impacts_added_s or ())
+    before, notes = found[found.drop >= 0], []
     for at in drop.impacts_struck_s or ():
-        row = _nearest(onsets.time_s, at)
+        row = _nearest(found.time_s, at)
         require(
-            row not in added,
+            row is None or not found.added[row],
             f"{where}: [drop] impacts_added_s and impacts_struck_s both name the"
             f" impact at {at:g} s",
         )
-        if row is None or row not in chain.impacts:
+        if row is None or found.time_s[row] not in before.time_s:
             notes.append(
                 f"{at:g} s is struck out by hand, but no impact was found there"
             )
         else:
-            struck.add(row)
-    impacts = np.array(sorted((set(chain.impacts.tolist()) | set(added)) - struck), int)
-    known = dict(zip(chain.impacts.tolist(), chain.drop.tolist()))
-    number = np.array([known.get(row, -1) for row in impacts.tolist()], int)
-    number = _numbered(onsets.time_s[impacts], number)
-    rejected = {
-        row: reason for row, reason in chain.rejected.items() if row not in added
-    } | dict.fromkeys(struck, STRUCK)
-    notes.insert(
-        0, f"impacts set by hand: {len(set(added))} added, {len(struck)} struck out"
-    )
-    return (
-        onsets,
-        replace(
-            chain,
-            impacts=impacts,
-            missed=_missed(chain, impacts, number),
-            drop=number,
-            rejected=rejected,
-            log_odds=(np.inf,) * len(set(number.tolist())),
-        ),
-        tuple(added),
-        notes,
-    )
+            found.drop[row], found.why[row] = -1, STRUCK
+    rows = np.flatnonzero((found.drop >= 0) | found.added)
+    times = found.time_s[rows]
+    found.drop[rows] = _numbered(times, found.drop[rows])
+    found.missed[rows] = _missed(before, times, found.drop[rows])
+    added, struck = found.added.sum(), (found.why == STRUCK).sum()
+    notes.insert(0, f"impacts set by hand: {added} added, {struck} struck out")
+    return found, notes
 
 
-def _with_added(
-    sound: Sound, onsets: Onsets, chain: Chain, moments: Sequence[float]
-) -> tuple[Onsets, Chain, list[int]]:
-    """Onsets with the added ones, the chain with rows renumbered accordingly, the rows
-    of all added impacts."""
+def _with_added(sound: Sound, onsets: Onsets, moments: Sequence[float]) -> Onsets:
+    """Onsets with the added ones, which are marked."""
     new = [
         onset_near(sound, at) for at in moments if _nearest(onsets.time_s, at) is None
     ]
-    unheard = np.full(len(new), np.nan, onsets.dtype)
+    unheard = np.zeros(len(new), onsets.dtype)
+    for name in HEARD:
+        unheard[name] = np.nan
     unheard["time_s"], unheard["sd_s"] = np.reshape(new, (-1, 2)).T
+    unheard["drop"], unheard["why"] = -1, ""
     grown = np.concatenate([onsets, unheard]).view(Onsets)
-    order = np.argsort(grown.time_s, kind="stable")
-    grown, row_of = grown[order], np.argsort(order)
-    rejected = {int(row_of[row]): reason for row, reason in chain.rejected.items()}
-    added = [int(np.abs(grown.time_s - at).argmin()) for at in moments]
-    impacts = row_of[chain.impacts]
-    return (grown, replace(chain, impacts=impacts, rejected=rejected), added)
+    grown = grown[np.argsort(grown.time_s, kind="stable")]
+    rows = [int(np.abs(grown.time_s - at).argmin()) for at in moments]
+    grown.added[rows], grown.why[rows] = True, ""
+    return grown
 
 
 def _nearest(times: np.ndarray, at: float) -> int | None:
@@ -462,18 +429,16 @@ def _numbered(times: np.ndarray, drop: np.ndarray) -> np.ndarray:
     return np.cumsum(begins)
 
 
-def _missed(chain: Chain, impacts: np.ndarray, drop: np.ndarray) -> np.ndarray:
+def _missed(before: Onsets, times: np.ndarray, drop: np.ndarray) -> np.ndarray:
     """(m,): whether an impact of the same drop is still missing between each impact and
-    the one before."""
-    gaps = [
-        (chain.impacts[k - 1], chain.impacts[k]) for k in np.flatnonzero(chain.missed)
-    ]
+    the one before; before: the impacts as they were found."""
+    gaps = [before.time_s[[k - 1, k]] for k in np.flatnonzero(before.missed)]
     inside = [
         any(a <= first and last <= b for first, last in gaps)
-        for a, b in itertools.pairwise(impacts)
+        for a, b in itertools.pairwise(times)
     ]
     same = np.diff(drop, prepend=-1) == 0
-    return np.array([False, *inside][: len(impacts)], bool) & same
+    return np.array([False, *inside][: len(times)], bool) & same
 
 
 def estimate_time_sds(times: np.ndarray) -> np.ndarray:

@@ -59,12 +59,20 @@ LEAST_DENSITY = 1e-7  # of the noise's power per hertz, relative to its maximum
 # n onsets in the order of time, a record each. strength: −ln of the rate [1/s] of noise
 # peaks as strong; level_db: power over the noise; rise_s: from the onset to half the
 # greatest amplitude of the next 20 ms; lasting_db: the faintest 10 ms of the next 50
-# ms, against the first 10 ms; timbre: unit vector of the amplitudes in BANDS_HZ
+# ms, against the first 10 ms; timbre: unit vector of the amplitudes in BANDS_HZ. drop:
+# of which it is an impact, from 0, −1 where of none; missed: whether an impact before
+# it, of the same drop, was not heard; added: whether somebody added it as an impact;
+# why: it is no impact, where it stands out
 Onsets = np.recarray
-NUMBERS = ("strength", "time_s", "sd_s", "level_db", "rise_s", "lasting_db")
+HEARD = ("strength", "time_s", "sd_s", "level_db", "rise_s", "lasting_db", "timbre")
+TIMBRE = (len(BANDS_HZ) - 1,)
 ONSET = np.dtype(
-    [*((n, float) for n in NUMBERS), ("timbre", float, (len(BANDS_HZ) - 1,))]
+    [
+        *((name, float, TIMBRE if name == "timbre" else ()) for name in HEARD),
+        *(("drop", int), ("missed", bool), ("added", bool), ("why", object)),
+    ]
 )
+NO_IMPACT = (-1, False, False, "")
 
 
 def find_onsets(sound: Sound) -> Onsets:
@@ -162,6 +170,7 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
             *_describe_onset(
                 white, rate, lossy, window, k * hop, power[k], before[k], noise
             ),
+            *NO_IMPACT,
         )
         for k, strong in zip(at, strength, strict=True)
     ]

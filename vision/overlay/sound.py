@@ -2,12 +2,10 @@
 with their sds, what was left out and why."""
 
 import textwrap
-from collections.abc import Collection
 
 import numpy as np
 
 from benchtwin.vision.evidence.sound import Sound
-from benchtwin.vision.motion.impact_chain import Chain
 from benchtwin.vision.motion.onsets import Onsets
 from benchtwin.vision.overlay.plot import as_pixels, new_figure
 
@@ -24,13 +22,14 @@ LETTERS = 72  # of a line
 LEAST_APART = 0.025  # of the width, between two labels
 
 
-def draw_sound(
-    sound: Sound, onsets: Onsets, chain: Chain, added: Collection[int], caption: str
-) -> np.ndarray:
-    """uint8 RGB; added: rows of the impacts that somebody added."""
-    begin, end = _shown(sound, onsets, chain)
-    reasons = _reasons(onsets, chain, begin, end)
-    several = len(set(chain.drop.tolist())) > 1
+def draw_sound(sound: Sound, onsets: Onsets, caption: str) -> np.ndarray:
+    """uint8 RGB."""
+    impacts, rejected = onsets[onsets.drop >= 0], onsets[onsets.why != ""]
+    begin, end = _shown(sound, impacts)
+    rejected = rejected[(rejected.time_s >= begin) & (rejected.time_s <= end)]
+    kinds = list(dict.fromkeys(map(_kind, rejected.why)))[:MOST_REASONS]
+    reasons = {reason: n for n, reason in enumerate(kinds, 1)}
+    several = len(set(impacts.drop.tolist())) > 1
     figure = new_figure(SIZE)
     loud, pitch = figure.subplots(2, sharex=True, height_ratios=(3, 2))
     first, stop = (
@@ -50,24 +49,23 @@ def draw_sound(
         )
     pitch.set(xlim=(begin, end), ylim=(0, min(MOST_HZ, sound.rate_hz / 2)), ylabel="Hz")
     pitch.set_xlabel("t [s]")
-    for row, reason in chain.rejected.items():
-        if begin <= (t := onsets.time_s[row]) <= end:
-            loud.axvline(t, color=REMOVED, linestyle=":")
-            loud.text(t, -3, f" {reasons.get(_kind(reason), '')}", color=REMOVED)
+    for one in rejected:
+        loud.axvline(one.time_s, color=REMOVED, linestyle=":")
+        loud.text(one.time_s, -3, f" {reasons.get(_kind(one.why), '')}", color=REMOVED)
     labels: dict[float, str] = {}
-    begins = np.diff(chain.drop, prepend=-1) > 0
-    for row, drop, is_first in zip(chain.impacts, chain.drop, begins):
-        t = float(onsets.time_s[row])
+    begins = np.diff(impacts.drop, prepend=-1) > 0
+    for impact, is_first in zip(impacts, begins, strict=True):
+        t = float(impact.time_s)
         for axes in (loud, pitch):
-            axes.axvline(t, color=ADDED if row in added else IMPACT)
+            axes.axvline(t, color=ADDED if impact.added else IMPACT)
         free = t - max(labels, default=-np.inf) > LEAST_APART * (end - begin)
         if free and (is_first or not several):
-            number = f"{drop + 1}" if several else f"{1000 * onsets.sd_s[row]:.2g}"
-            labels[t] = number
+            sd = f"{1000 * impact.sd_s:.2g}"
+            labels[t] = f"{impact.drop + 1}" if several else sd
     above = loud.secondary_xaxis("top")
     above.set_xticks(list(labels), list(labels.values()), rotation=90)
     what = "the number of the drop" if several else "the sd of each in ms"
-    by_hand = "violet: added by hand; " if added else ""
+    by_hand = "violet: added by hand; " if impacts.added.any() else ""
     said = [
         f"green: impacts, with {what}; {by_hand}red: no impact",
         *(f"{n}: {reason}" for reason, n in reasons.items()),
@@ -79,25 +77,13 @@ def draw_sound(
     return as_pixels(figure)
 
 
-def _reasons(onsets: Onsets, chain: Chain, begin: float, end: float) -> dict[str, int]:
-    """The kinds of reasons for which onsets in the picture are no impacts, numbered;
-    MOST_REASONS of them."""
-    inside = (
-        reason
-        for row, reason in chain.rejected.items()
-        if begin <= onsets.time_s[row] <= end
-    )
-    kinds = list(dict.fromkeys(_kind(reason) for reason in inside))
-    return {reason: n for n, reason in enumerate(kinds[:MOST_REASONS], 1)}
-
-
-def _shown(sound: Sound, onsets: Onsets, chain: Chain) -> tuple[float, float]:
+def _shown(sound: Sound, impacts: Onsets) -> tuple[float, float]:
     """From a little before the first impact until a little after the last; all, where
     there is none."""
     whole = sound.start_s, sound.start_s + sound.duration_s
-    if not len(chain.impacts):
+    if not len(impacts):
         return whole
-    first, last = onsets.time_s[chain.impacts[[0, -1]]]
+    first, last = impacts.time_s[[0, -1]]
     margin = max(MARGIN_S, 0.4 * (last - first))
     return max(whole[0], first - margin), min(whole[1], last + margin)
 
