@@ -1,6 +1,8 @@
 """Pictures of seeds: each with outline, number and size over its photo; all outlines of
 a lot; its sizes."""
 
+from typing import Any
+
 import numpy as np
 
 from benchtwin.vision.board.view import BoardView
@@ -8,7 +10,7 @@ from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.overlay.board import REGION, board_words, paint_board
 from benchtwin.vision.overlay.canvas import WHITE, Canvas
 from benchtwin.vision.overlay.plot import as_pixels, new_figure
-from benchtwin.vision.shape.grains import Grain, Grains
+from benchtwin.vision.shape.grains import Grains
 from benchtwin.vision.shape.lot import SIZES, Lot
 from benchtwin.vision.shape.outline import from_fourier_terms
 
@@ -43,7 +45,7 @@ def draw_grains(
 
 
 def _words(grains: Grains):
-    counts = {q: sum(g.quality == q for g in grains.grains) for q in COLOURS}
+    counts = {q: (grains.things.quality == q).sum() for q in COLOURS}
     yield ", ".join(f"{n} {q}" for q, n in counts.items()), WHITE
     for row in grains.distribution().itertuples():
         yield (
@@ -55,7 +57,7 @@ def _words(grains: Grains):
         )
 
 
-def _axes(grain: Grain) -> list[np.ndarray]:
+def _axes(grain: Any) -> list[np.ndarray]:
     """The two corners that are a length apart, and the width across the middle."""
     turn = np.radians(grain.angle_deg)
     along = np.array([np.cos(turn), np.sin(turn)])

@@ -1,7 +1,9 @@
 """Photo of spread seeds → length and width of every seed, as a caliper measures them,
 and their distribution."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -42,43 +44,27 @@ ONE_LAMP = (
 )
 
 
-@dataclass(frozen=True)
-class Grain:
-    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown;
-    edge (n, 2): outline [px]. quality failed: no whole seed, not part of the
-    distribution; reason says why. angle_deg: direction of the length, clockwise from
-    the picture's x axis, −90 to 90. hidden: share of the edge that neighbours cover,
-    where an ellipse replaces it."""
-
-    x_px: float
-    y_px: float
-    length_px: float
-    length_sd_px: float
-    width_px: float
-    width_sd_px: float
-    length_mm: float
-    length_sd_mm: float
-    width_mm: float
-    width_sd_mm: float
-    angle_deg: float
-    area_px: float
-    area_mm2: float
-    quality: str
-    reason: str
-    edge: np.ndarray
-    hidden: float = 0.0
-    lean: tuple[float, float] = (np.nan, np.nan)  # see Edge
-
-    def doubted(self, why: str) -> "Grain":
-        """The same seed, doubtful for one more reason."""
-        reason = "; ".join(filter(None, (self.reason, why)))
-        return replace(self, quality=DOUBTFUL, reason=reason)
+SIZES = tuple(
+    f"{name}{end}_{unit}"
+    for unit in ("px", "mm")
+    for name in ("length", "width")
+    for end in ("", "_sd")
+)
+THING = (
+    *("x_px", "y_px", *SIZES, "angle_deg", "area_px", "area_mm2"),
+    *("quality", "reason", "edge", "hidden", "lean_x", "lean_y"),
+)
 
 
 @dataclass(frozen=True)
 class Grains:
-    """All seeds of a picture, left to right in rows, and rejected things (quality
-    failed).
+    """All seeds of a picture, left to right in rows, and rejected things.
+
+    things: a row for each, of columns THING. Lengths in mm are NaN where the scale is
+    unknown; edge (n, 2): outline [px]. quality failed: no whole seed, not part of the
+    distribution; reason says why. angle_deg: direction of the length, clockwise from
+    the picture's x axis, −90 to 90. hidden: share of the edge that neighbours cover,
+    where an ellipse replaces it. lean_x, lean_y: see Edge.
 
     **Length** is the largest, **width** the smallest Feret diameter. Thickness cannot
     be seen from above. A seed's widest section lies about half its thickness t above
@@ -87,56 +73,72 @@ class Grains:
     the edge's noise, the error of its level, and the scale's sd at the seed; the last
     is common to all seeds of a picture."""
 
-    grains: tuple[Grain, ...]
+    things: pd.DataFrame
     scale: BoardView | float | None
     notes: tuple[str, ...] = ()
     stated_scale_sd: float = unstated_sd("scale")  # relative
 
     @property
-    def measured(self) -> tuple[Grain, ...]:
+    def grains(self) -> tuple[Any, ...]:
+        """The things one by one."""
+        return tuple(self.things.itertuples(index=False))
+
+    @property
+    def seen(self) -> pd.DataFrame:
         """The seeds that count."""
-        return tuple(g for g in self.grains if g.quality != FAILED)
+        return self.things[self.things.quality != FAILED]
+
+    @property
+    def measured(self) -> tuple[Any, ...]:
+        """The seeds that count, one by one."""
+        return tuple(self.seen.itertuples(index=False))
 
     @property
     def common_doubt(self) -> str:
         """The reasons for which most of the seeds are doubtful, "" for none."""
-        each = [reason for g in self.measured for reason in set(g.reason.split("; "))]
-        most = len(self.measured) / 2
-        return "; ".join(w for w in dict.fromkeys(each) if w and each.count(w) > most)
+        reasons = self.seen.reason.map(lambda said: [*dict.fromkeys(said.split("; "))])
+        counts = reasons.explode().value_counts(sort=False)
+        most = len(self.seen) / 2
+        return "; ".join(why for why, n in counts.items() if why and n > most)
 
     def table(self) -> pd.DataFrame:
         """seeds.csv: a row for each thing found; columns in px without a scale."""
-        unit = "px" if self.scale is None else "mm"
-        sizes = (f"{q}_{unit}" for q in ("length", "length_sd", "width", "width_sd"))
-        area = "area_px" if self.scale is None else "area_mm2"
-        names = ["x_px", "y_px", *sizes, "angle_deg", area, "quality", "reason"]
-        rows = [[getattr(g, name) for name in names] for g in self.grains]
-        table = pd.DataFrame(rows, columns=names)
-        table.insert(0, "seed", np.arange(1, len(rows) + 1))
+        unit, area = ("px", "px") if self.scale is None else ("mm", "mm2")
+        sizes = [name for name in SIZES if name.endswith(unit)]
+        names = ["x_px", "y_px", *sizes, "angle_deg", f"area_{area}"]
+        table = self.things[[*names, "quality", "reason"]].copy()
+        table.insert(0, "seed", np.arange(1, len(table) + 1))
         return table
 
     def distribution(self) -> pd.DataFrame:
         """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows
         length and width. mean_sd is √(spread²/n + common²), where common is the scale's
         sd, which does not average out."""
-        unit, rows = ("px" if self.scale is None else "mm"), []
-        for name in ("length", "width"):
-            values = pd.Series([getattr(g, f"{name}_{unit}") for g in self.measured])
-            n, mean, spread = len(values), float(values.mean()), float(values.std())
-            common = mean * self.common_sd() if unit == "mm" else 0.0
-            mean_sd = float(np.hypot(spread / np.sqrt(n), common))
-            ends = float(values.min()), float(values.max())
-            rows.append((name, unit, n, mean, spread, *ends, mean_sd))
-        columns = ["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"]
-        return pd.DataFrame(rows, columns=columns)
+        unit, common = ("px", 0.0) if self.scale is None else ("mm", self.common_sd())
+        sizes = self.seen[[f"length_{unit}", f"width_{unit}"]]
+        told = sizes.set_axis(["length", "width"], axis=1)
+        told = told.agg(["count", "mean", "std", "min", "max"]).T
+        told = told.rename(columns={"count": "n", "std": "sd"}).astype({"n": int})
+        told["mean_sd"] = np.hypot(told.sd / np.sqrt(told.n), common * told["mean"])
+        told.insert(0, "unit", unit)
+        return told.rename_axis("quantity").reset_index()
 
     def common_sd(self) -> float:
         """Relative sd of the scale, which all seeds share."""
         if not isinstance(self.scale, BoardView):
             return self.stated_scale_sd
-        return float(
-            np.mean([_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured])
-        )
+        places = zip(self.seen.x_px, self.seen.y_px, strict=True)
+        return float(np.mean([_scale_sd(self.scale, x, y) for x, y in places]))
+
+
+def doubted(things: pd.DataFrame, why: str) -> pd.DataFrame:
+    """The things, of which the seeds that count are doubtful for one more reason."""
+    seen = things.quality != FAILED
+    said = things.reason.map(lambda reason: "; ".join(filter(None, (reason, why))))
+    return things.assign(
+        quality=things.quality.mask(seen, DOUBTFUL),
+        reason=things.reason.mask(seen, said),
+    )
 
 
 def measure_seeds(
@@ -177,25 +179,28 @@ def measure_seeds(
     relief = make_relief(image, region)
     stated = mm_per_px_sd is not None and isinstance(scale, int | float)
     relative_sd = mm_per_px_sd / scale if stated else unstated_sd("scale")
-    grains = [
-        g for g in _find_grains(relief, scale, relative_sd, region) if g is not None
-    ]
-    if not any(g.quality != FAILED for g in grains):
-        why = f" ({grains[0].reason})" if grains else ""
+    found = _find_grains(relief, scale, relative_sd, region)
+    things = pd.DataFrame([g for g in found if g is not None], columns=list(THING))
+    seen = things[things.quality != FAILED]
+    if seen.empty:
+        why = f" ({things.reason[0]})" if len(things) else ""
         raise MeasurementError(f"no whole seed found in the picture{why}")
-    if _all_lean(grains):
-        grains = [g if g.quality == FAILED else g.doubted(ONE_LAMP) for g in grains]
+    if _all_lean(seen):
+        things = doubted(things, ONE_LAMP)
     notes = ["thickness cannot be seen from above"]
     if isinstance(scale, BoardView):
         notes += [f"the scale's board: {doubt}" for doubt in scale.doubts]
-    row = max(float(np.nanmedian([g.length_px for g in grains])), 1.0)
+    row = max(float(np.nanmedian(things.length_px)), 1.0)
     # in rows, each from left to right
-    grains.sort(key=lambda g: (round(g.y_px / row), g.x_px))
-    return Grains(tuple(grains), scale, tuple(notes), relative_sd)
+    order = np.lexsort((things.x_px, (things.y_px / row).round()))
+    things = things.iloc[order].reset_index(drop=True)
+    return Grains(things, scale, tuple(notes), relative_sd)
 
 
-def _find_grains(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
-    """A grain for every connected patch of the mask, several for touching seeds;
+def _find_grains(
+    relief: Relief, scale, relative_sd: float, region: np.ndarray | None
+) -> Iterator[tuple | None]:
+    """A row of THING for every connected patch of the mask, several for touching seeds;
     rejected things too."""
     yield from (_rejected(other, "too large for a seed") for other in relief.others)
     contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[
@@ -224,7 +229,7 @@ def _find_grains(relief: Relief, scale, relative_sd: float, region: np.ndarray |
 
 def _grain(
     piece: Piece, relief: Relief, typical: float, scale, relative_sd: float
-) -> Grain | None:
+) -> tuple | None:
     area = cv2.contourArea(piece.outline.astype(np.float32))
     if area < 0.25 * typical:
         if area >= 0.1 * typical:
@@ -236,57 +241,34 @@ def _grain(
     return _sized(edge, scale, relative_sd, _doubts(edge, area, typical))
 
 
-def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
-    middle, area = centroid(edge.points)
-    length, width, angle = feret(edge.points)
+def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> tuple:
+    (x, y), area = centroid(edge.points)
+    *px, angle = feret(edge.points)
     # A size has two edges; hidden parts have the error of the ellipse.
     noise = np.hypot(edge.sd_px * np.sqrt(2), 2 * edge.level_px)
-    sds = [
-        float(np.hypot(noise, 0.03 * edge.hidden * size)) for size in (length, width)
-    ]
-    if scale is None:
-        in_mm, relative, area_mm2 = (np.nan, np.nan), np.nan, np.nan
-    elif isinstance(scale, BoardView):
+    px_sd = [float(np.hypot(noise, 0.03 * edge.hidden * size)) for size in px]
+    mm, relative, area_mm2 = [np.nan, np.nan], np.nan, np.nan
+    if isinstance(scale, BoardView):
         flat = np.stack(scale.to_mm(*edge.points.T), -1)
-        in_mm = feret(flat)[:2]
-        relative = _scale_sd(scale, *middle)
+        mm, relative = [*feret(flat)[:2]], _scale_sd(scale, x, y)
         area_mm2 = centroid(flat)[1]
-    else:
-        in_mm = (length * scale, width * scale)
-        relative = relative_sd
+    elif scale is not None:
+        mm, relative = [size * scale for size in px], relative_sd
         area_mm2 = area * scale**2
-    sds_mm = [
-        float(mm * np.hypot(sd / px, relative))
-        for mm, sd, px in zip(in_mm, sds, (length, width))
+    mm_sd = [
+        float(size * np.hypot(sd / seen, relative))
+        for size, sd, seen in zip(mm, px_sd, px, strict=True)
     ]
-    quality = DOUBTFUL if doubts else GOOD
-    return Grain(
-        *middle,
-        length,
-        sds[0],
-        width,
-        sds[1],
-        float(in_mm[0]),
-        sds_mm[0],
-        float(in_mm[1]),
-        sds_mm[1],
-        angle,
-        area,
-        float(area_mm2),
-        quality,
-        "; ".join(doubts),
-        edge.points,
-        edge.hidden,
-        edge.lean,
-    )
+    sizes = np.array([px, px_sd, mm, mm_sd]).reshape(2, 2, 2).swapaxes(1, 2)
+    told = DOUBTFUL if doubts else GOOD, "; ".join(doubts)
+    numbers = (x, y, *sizes.ravel().tolist(), angle, area, area_mm2)
+    return (*numbers, *told, edge.points, edge.hidden, *edge.lean)
 
 
-def _all_lean(grains: list[Grain]) -> bool:
+def _all_lean(seen: pd.DataFrame) -> bool:
     """Whether the edges of all seeds are softer on the same side: a lamp's shadows lie
     on one side of all, whatever lies on the seeds themselves on any."""
-    lean = np.array([g.lean for g in grains if g.quality != FAILED])
-    if not len(lean):
-        return False
+    lean = seen[["lean_x", "lean_y"]].to_numpy(float)
     mean, scatter = lean.mean(0), np.hypot(LEAN_SD, lean.std(0).max())
     return np.hypot(*mean) > max(LEAST_LEAN, 4 * scatter / np.sqrt(len(lean)))
 
@@ -371,12 +353,11 @@ def _rejection(
     return next((why for holds, why in told if holds), "")
 
 
-def _rejected(patch: np.ndarray, reason: str) -> Grain:
-    (x, y), area = centroid(patch.astype(float))
-    unknown = float("nan")
-    return Grain(
-        x, y, *(unknown,) * 9, area, unknown, FAILED, reason, patch.astype(float)
-    )
+def _rejected(patch: np.ndarray, reason: str) -> tuple:
+    edge, unknown = patch.astype(float), float("nan")
+    (x, y), area = centroid(edge)
+    sizes = (unknown,) * (len(SIZES) + 1)
+    return (x, y, *sizes, area, unknown, FAILED, reason, edge, 0.0, unknown, unknown)
 
 
 def _at_border(patch: np.ndarray, shape: tuple[int, int]) -> bool:

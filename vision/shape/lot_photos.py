@@ -14,7 +14,7 @@ from benchtwin.vision.board.view import BoardView, read_board
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import FAILED, MeasurementError, require
 from benchtwin.vision.overlay.seeds import draw_grains
-from benchtwin.vision.shape.grains import Grain, Grains, measure_seeds
+from benchtwin.vision.shape.grains import Grains, doubted, measure_seeds
 from benchtwin.vision.shape.lot import (
     BROKEN,
     CUT,
@@ -71,8 +71,8 @@ def measure_lot_photos(
 ) -> LotPhotos:
     """Measure the seeds of all photos; say(name) is called for each. MeasurementError
     for a photo without seeds or scale."""
-    rows: list[dict] = []
-    lines: list[dict] = []
+    tables: list[pd.DataFrame] = []
+    lines: list[tuple] = []
     pictures: dict[str, np.ndarray] = {}
     sizes: dict[str, float] = {}
     scales: list[str] = []
@@ -92,15 +92,9 @@ def measure_lot_photos(
                 f"{photo}: the scale of its board is in doubt"
                 f" ({'; '.join(grains.scale.doubts)}); state --mm-per-px"
             )
-        image = read_photo(photo)
-        bright = _contrasts(image, grains)
-        middle = (np.array(image.shape[1::-1]) - 1) / 2
-        kinds = _kinds(grains.grains, bright)
-        for number, (grain, kind) in enumerate(zip(grains.grains, kinds), 1):
-            larger = magnification(grain, middle, view)
-            row, outline = _seed(photo.name, number, grain, kind, grains, larger)
-            rows.append(row)
-            lines += outline
+        table, outlines = _seeds(photo.name, read_photo(photo), grains, view)
+        tables.append(table)
+        lines += outlines
         pictures[photo.name] = picture
         scales.append(
             "a printed board in the picture"
@@ -108,13 +102,12 @@ def measure_lot_photos(
             else f"stated: {grains.scale:g} mm per px"
         )
         common.append(grains.common_sd())
-        sizes[photo.name] = float(
-            np.nanmedian([g.length_mm / g.length_px for g in grains.measured])
-        )
+        seen = grains.seen
+        sizes[photo.name] = float(np.nanmedian(seen.length_mm / seen.length_px))
         notes += [
             f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note
         ]
-    seeds = pd.DataFrame(rows, columns=list(SEED_COLUMNS))
+    seeds = pd.concat(tables, ignore_index=True)
     higher = _magnification_sd(seeds, view)
     shared = float(np.hypot(np.mean(common), higher))
     if view.distance_mm is None:
@@ -123,9 +116,9 @@ def measure_lot_photos(
             "the camera's distance is not stated: seeds are above the paper, so that"
             f" {hint}; state --distance-mm"
         )
-    outlines = pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS))
+    terms = pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS))
     scale = "; ".join(dict.fromkeys(scales))
-    return LotPhotos(seeds, outlines, pictures, sizes, scale, shared, tuple(notes))
+    return LotPhotos(seeds, terms, pictures, sizes, scale, shared, tuple(notes))
 
 
 def with_thickness(
@@ -173,70 +166,54 @@ def _same_places(
     return found if alike else {}
 
 
-def _seed(
-    photo: str,
-    number: int,
-    grain: Grain,
-    kind: str,
-    grains: Grains,
-    above: tuple[float, float],
-) -> tuple[dict, list[dict]]:
-    """Row of seeds.csv and, for a whole seed, rows of outlines.csv; sizes are corrected
-    for the height of the widest section."""
-    row: dict = {name: np.nan for name in SEED_COLUMNS}
-    row |= {
-        "photo": photo,
-        "seed": number,
-        "kind": kind,
-        "x_px": round(grain.x_px, 2),
-        "y_px": round(grain.y_px, 2),
-    }
-    row["reason"] = grain.reason
-    if not np.isfinite(grain.length_mm):
-        return row, []
-    for name, more in zip(("length", "width"), above):
-        row |= {
-            f"{name}{end}_mm": round(
-                float(getattr(grain, f"{name}{end}_mm")) / (1 + more), 5
-            )
-            for end in ("", "_sd")
-        }
-    share = 1.0 / (1.0 + sum(above) / 2)
-    row["area_mm2"] = round(grain.area_mm2 * share**2, 4)
-    if kind != WHOLE:
-        return row, []
-    scale = grains.scale
-    points = (
-        np.stack(scale.to_mm(*grain.edge.T), -1)
-        if isinstance(scale, BoardView)
-        else grain.edge * float(scale or 1.0)
+def _seeds(
+    photo: str, image: np.ndarray, grains: Grains, view: View
+) -> tuple[pd.DataFrame, list[tuple]]:
+    """Rows of seeds.csv and, of whole seeds, of outlines.csv; sizes are corrected for
+    the height of the widest section."""
+    things = grains.things.assign(
+        photo=photo, seed=np.arange(1, len(grains.things) + 1)
     )
-    found = fourier_terms(aligned_outline(share * points))
-    return row, [
-        dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6))))
-        for h, of in enumerate(found, 1)
-    ]
+    things["kind"] = _kinds(things, _contrasts(image, things))
+    middle = (np.array(image.shape[1::-1]) - 1) / 2
+    larger = 1 + magnification(things, middle, view)
+    share = 1 / larger.mean(axis=1)
+    for name, times in zip(("length", "width"), larger.T, strict=True):
+        for size in (f"{name}_mm", f"{name}_sd_mm"):
+            things[size] = (things[size] / times).round(5)
+    things["area_mm2"] = (things.area_mm2 * share**2).round(4)
+    outlines = []
+    for row in np.flatnonzero(things.kind == WHOLE):
+        edge, scale = things.edge[row], grains.scale
+        points = (
+            np.stack(scale.to_mm(*edge.T), -1)
+            if isinstance(scale, BoardView)
+            else edge * float(scale or 1.0)
+        )
+        terms = np.round(fourier_terms(aligned_outline(share[row] * points)), 6)
+        outlines += [(photo, row + 1, h, *of) for h, of in enumerate(terms, 1)]
+    rounded = things.reindex(columns=list(SEED_COLUMNS)).round({"x_px": 2, "y_px": 2})
+    return rounded, outlines
 
 
-def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
-    """Relative magnification of a seed's length and width due to its height; thickness
-    t is assumed to be 0.8 widths. The widest section is t/2 above the paper: t/2D. At
-    an angle θ off the camera's axis the top adds ½ (t/s)² tan²θ to a size s that points
-    away from the picture's middle."""
-    if view.distance_mm is None or not np.isfinite(grain.width_mm):
-        return 0.0, 0.0
-    thick = THICKNESS_SHARE * grain.width_mm
-    away = np.array([grain.x_px, grain.y_px]) - middle
-    tangent = (
-        float(np.hypot(*away)) * grain.length_mm / grain.length_px / view.distance_mm
+def magnification(things: pd.DataFrame, middle: np.ndarray, view: View) -> np.ndarray:
+    """Relative magnification (n, 2) of seeds' length and width due to their height;
+    thickness t is assumed to be 0.8 widths. The widest section is t/2 above the paper:
+    t/2D. At an angle θ off the camera's axis the top adds ½ (t/s)² tan²θ to a size s
+    that points away from the picture's middle."""
+    if view.distance_mm is None:
+        return np.zeros((len(things), 2))
+    thick = THICKNESS_SHARE * things.width_mm
+    x, y = things.x_px - middle[0], things.y_px - middle[1]
+    tangent = np.hypot(x, y) * things.length_mm / things.length_px / view.distance_mm
+    across = np.radians(things.angle_deg) - np.arctan2(y, x)
+    parts = (things.length_mm, np.cos(across)), (things.width_mm, np.sin(across))
+    return np.column_stack(
+        [
+            thick / 2 / view.distance_mm + 0.5 * (thick / size * tangent * part) ** 2
+            for size, part in parts
+        ]
     )
-    across = np.radians(grain.angle_deg) - np.arctan2(away[1], away[0])
-    parts = ((grain.length_mm, np.cos(across)), (grain.width_mm, np.sin(across)))
-    along, wide = (
-        thick / 2 / view.distance_mm + 0.5 * (thick / size * tangent * float(part)) ** 2
-        for size, part in parts
-    )
-    return along, wide
 
 
 def _magnification_sd(seeds: pd.DataFrame, view: View) -> float:
@@ -251,40 +228,32 @@ def _magnification_sd(seeds: pd.DataFrame, view: View) -> float:
     return float(height * np.sqrt(square))
 
 
-def _kinds(grains: tuple[Grain, ...], contrast: np.ndarray) -> list[str]:
-    lone = [k for k, g in enumerate(grains) if g.quality != FAILED]
-    area = float(np.median([grains[k].area_px for k in lone])) if lone else 1.0
-    typical = float(np.median(contrast[lone])) if lone else 1.0
-    return [
-        _kind(g, contrast[k] / max(typical, 1e-9), g.area_px / max(area, 1e-9))
-        for k, g in enumerate(grains)
-    ]
-
-
-def _kind(grain: Grain, contrast: float, area: float) -> str:
-    failed = grain.quality == FAILED
-    dented = solidity(grain.edge.astype(np.float32)) < DENTED
+def _kinds(things: pd.DataFrame, contrast: np.ndarray) -> np.ndarray:
+    seen, why = things.quality != FAILED, things.reason
+    area = things.area_px / max(float(np.median(things.area_px[seen])), 1e-9)
+    bright = contrast / max(float(np.median(contrast[seen])), 1e-9)
+    dented = things.edge.map(lambda edge: solidity(edge.astype(np.float32)) < DENTED)
     told = (
-        ("border" in grain.reason, CUT),
-        (failed and "too small" in grain.reason and area > 0.1, BROKEN),
-        (failed, OTHER),
-        (contrast < HUSK_SHARE, HUSK),
-        (grain.hidden > HIDDEN, TOUCHING),
-        (area < BROKEN_SHARE or dented, BROKEN),
+        (why.str.contains("border"), CUT),
+        (~seen & why.str.contains("too small") & (area > 0.1), BROKEN),
+        (~seen, OTHER),
+        (bright < HUSK_SHARE, HUSK),
+        (things.hidden > HIDDEN, TOUCHING),
+        ((area < BROKEN_SHARE) | dented, BROKEN),
     )
-    return next((kind for holds, kind in told if holds), WHOLE)
+    return np.select(*zip(*told, strict=True), WHOLE)
 
 
-def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
+def _contrasts(image: np.ndarray, things: pd.DataFrame) -> np.ndarray:
     """Distance of each thing's median colour from the background's [levels]."""
     colour, labels = np.atleast_3d(image), np.zeros(image.shape[:2], np.int32)
-    for number, g in enumerate(grains.grains, 1):
-        cv2.fillPoly(labels, [np.rint(g.edge).astype(np.int32)], number)
+    for number, edge in enumerate(things.edge, 1):
+        cv2.fillPoly(labels, [np.rint(edge).astype(np.int32)], number)
     every = (labels > 0).astype(np.uint8)
     wide, tight = (cv2.dilate(every, np.ones((n, n), np.uint8)) for n in (25, 7))
     ground = wide - tight > 0
     behind = np.median(colour[ground], axis=0) if ground.any() else 0.0
-    places = find_objects(labels, len(grains.grains))
+    places = find_objects(labels, len(things))
     found = np.zeros(len(places))
     for k, at in ((k, at) for k, at in enumerate(places) if at is not None):
         own = np.median(colour[at][labels[at] == k + 1], axis=0)
@@ -295,17 +264,12 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
 def _plausible(grains: Grains) -> Grains:
     """The grains, doubtful where no seed is so small or large; MeasurementError beyond
     what a seed's keys may say."""
-    length = float(np.median([g.length_mm for g in grains.measured]))
+    length = float(np.median(grains.seen.length_mm))
     said = f"seeds of {length:.3g} mm: is the scale right (millimetres a pixel)?"
     require(SIZE_LIMITS_MM[0] < length <= SIZE_LIMITS_MM[1], said)
     if PLAUSIBLE_MM[0] <= length <= PLAUSIBLE_MM[1]:
         return grains
-    return replace(
-        grains,
-        grains=tuple(
-            g if g.quality == FAILED else g.doubted(said) for g in grains.grains
-        ),
-    )
+    return replace(grains, things=doubted(grains.things, said))
 
 
 def observe_seeds(
