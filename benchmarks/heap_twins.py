@@ -20,7 +20,6 @@ import pandas as pd
 
 from benchtwin.diagnose.rerun import Resimulation
 from benchtwin.rigs.pile.heap_twin import (
-    Added,
     Rig,
     added_to,
     is_plain,
@@ -30,31 +29,24 @@ from benchtwin.rigs.pile.heap_twin import (
 )
 from benchtwin.rigs.pile.read import SeenPile, read_piles
 from benchtwin.rigs.pile.resimulation import resimulate
-from benchtwin.rigs.pile.simulated_heaps import shape_of
 from benchtwin.twin.bench_folder import Observed
 
 STORE = Path("benchmark-runs/heap-twins")
 
 
-def intervals(
-    plain: list[SeenPile], told: Rig, responses, added: Added
-) -> tuple[np.ndarray, np.ndarray]:
-    """95 % of what one more heap of plain seeds shows, by these responses, given the
-    heaps `plain` of the rig `told`."""
+def held(heap: SeenPile, rig: Rig, plain: list[SeenPile], told: Rig, added) -> list:
+    """Whether what one more heap of plain seeds, of this rig, shows lies in its 95 %,
+    given the heaps `plain` of the rig `told`."""
     draws = posterior([replace(told, recordings=tuple(plain))], added)
-    draws[:, -1] = 0.0
-    rng, shown = np.random.default_rng(1), []
-    for response in responses:
+    draws, rng, found = rig.place(draws, heap), np.random.default_rng(1), []
+    for seen, response in zip(shows(heap), rig.responses, strict=True):
+        if response is None or not np.isfinite(seen):
+            continue
         mean, variance = response.at(draws)
         sd = np.sqrt(variance + response.packing_sd**2)
-        shown.append(np.quantile(rng.normal(mean, sd), [0.025, 0.975]))
-    return tuple(np.array(shown).T)
-
-
-def held(heap: SeenPile, low: np.ndarray, high: np.ndarray) -> list[bool]:
-    shown = shows(shape_of([heap]))
-    seen = np.isfinite(shown)
-    return ((low <= shown) & (shown <= high))[seen].tolist()
+        low, high = np.quantile(rng.normal(mean, sd), [0.025, 0.975])
+        found.append(bool(low <= seen <= high))
+    return found
 
 
 def drawn(again: Resimulation, file: Path) -> None:
@@ -83,14 +75,11 @@ def twin_of(bench: Path, effect: str, before: tuple | None) -> tuple[dict, tuple
     own = [
         ok
         for k, heap in enumerate(plain)
-        for ok in held(
-            heap, *intervals([*plain[:k], *plain[k + 1 :]], rig, rig.responses, added)
-        )
+        for ok in held(heap, rig, [*plain[:k], *plain[k + 1 :]], rig, added)
     ]
     other = []
     if before is not None:
-        box = intervals(before[0], before[1], rig.responses, before[2])
-        other = [ok for heap in plain for ok in held(heap, *box)]
+        other = [ok for heap in plain for ok in held(heap, rig, *before)]
     off_before, off_after, *_ = again.total()
     drawn(again, STORE / f"{bench.name}.png")
     row = {
@@ -99,6 +88,7 @@ def twin_of(bench: Path, effect: str, before: tuple | None) -> tuple[dict, tuple
         "off with": round(off_after, 4),
         "repeats": round(again.repeats, 4),
         "change": again.change,
+        "notes": "; ".join(again.notes),
         "own": f"{sum(own)} of {len(own)}",
         "other": f"{sum(other)} of {len(other)}",
     }

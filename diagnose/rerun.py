@@ -91,7 +91,8 @@ class Resimulation:
         )
         of_law = set(self.effects) <= set(LAW_NAMES)
         how = "with this law" if of_law else f"so that {self.change}"
-        return f"run again {how}, {what} ({quantity}{held}){confirmed}{self._rival()}"
+        found = f"run again {how}, {what} ({quantity}{held}){confirmed}{self._rival()}"
+        return "; ".join((found, *self.notes))
 
     def _rival(self) -> str:
         if self.rival is None:

@@ -33,6 +33,7 @@ from benchtwin.twin.scene import (
     setup_of,
 )
 from benchtwin.twin.versions import versions
+from benchtwin.vision.motion.of_recording import PICTURES
 from benchtwin.vision.recording import Recording, read_recording, write_recording
 
 Watch = Callable[[str, float], None]
@@ -135,7 +136,8 @@ def run(
     on_bench, _ = engine.bench(parameters, recording)
     setup = setup_of(recording)
     rate = recording.camera.fps or setup.fps
-    fps = 0.0 if setup.photographed else rate
+    filmed = not setup.photographed or recording.evidence in PICTURES
+    fps = rate if filmed else 0.0
     motion = engine.run(
         recording,
         on_bench,

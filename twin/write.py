@@ -26,11 +26,11 @@ def pictures(
     rng: np.random.Generator,
     watch: Watch,
 ) -> str:
-    """Photo of a pile, frames of anything else; ValueError when the camera misses
+    """A photo of what lies still, frames of a motion; ValueError when the camera misses
     it."""
     camera, setup = camera_of(recording), setup_of(recording)
     _check(motion, setup.many, camera)
-    if setup.photographed:
+    if setup.photographed and motion.frames == 1:
         watch("rendering", 0.0)
         _save(folder / "photo.png", photo(motion, camera, setup.look, rng=rng))
         return RENDERED

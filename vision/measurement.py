@@ -88,7 +88,7 @@ class Observation:
     several (ten drops in one sound), of which `quantities` are the means. `bench` (a
     folder's name), `session` and `conditions` are the recording's, and `stated` what it
     states of rig and seed, so that repeats can be gathered; `heap` is what was found in
-    a pile's photo."""
+    a pile's photo, `collapse` how a film shows it come about."""
 
     recording: str
     rig: str
@@ -106,6 +106,7 @@ class Observation:
     conditions: Mapping[str, float | str] = field(default_factory=dict)
     stated: Mapping[str, float | str] = field(default_factory=dict)
     heap: Any = None  # pile.repose.Repose, which needs this module
+    collapse: Any = None  # pile.collapse.Collapse
 
 
 def vague(quantity: Quantity) -> str:

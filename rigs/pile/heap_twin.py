@@ -3,7 +3,7 @@ not known (simulated_heaps.UNKNOWNS) and of an effect's strength, a quadratic th
 them (response.Quadratic), and what recordings say of both by it."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,10 +22,10 @@ from benchtwin.rigs.pile.response import Quadratic, quadratic
 from benchtwin.rigs.pile.simulated_heaps import (
     AT,
     FILL_MM,
+    GATE,
     SOYBEAN_MM,
     UNKNOWNS,
     HeapSettings,
-    Shape,
     heap_job,
     heap_of,
     shape_of,
@@ -44,6 +44,7 @@ DRAWS = 2**13  # of the unknowns, from which fits start
 WALKERS, STEPS = 48, 1500  # of the sampler
 EVIDENCE_DRAWS = 16  # 2 to that many
 # what another friction between seeds changes
+GATE_AT = [*UNKNOWNS].index(GATE)
 OF_SEEDS = ("seed_static_friction", "seed_rolling_friction")
 
 
@@ -58,13 +59,52 @@ def spared(seen: SeenPile, effect: str) -> bool:
     return is_plain(seen) and EFFECTS[effect].of_seeds
 
 
-def shows(shape: Shape) -> np.ndarray:
-    """(m,) angle and mean heights over WINDOWS, NaN where nothing is seen."""
-    heights = []
+def shows(seen: SeenPile) -> np.ndarray:
+    """(m,) angle, mean heights over WINDOWS, and ln of how long a film with a stated
+    frame rate shows seeds flow [ln s]; NaN where it is not seen."""
+    shape, heights = shape_of([seen]), []
     for low, high in WINDOWS:
         there = shape.surface[(low <= AT) & (high >= AT) & np.isfinite(shape.surface)]
         heights.append(there.mean() if len(there) else np.nan)
-    return np.array([shape.angle_deg, *heights])
+    flow = flowed(seen) if seen.clocked else np.nan
+    return np.array([shape.angle_deg, *heights, flow])
+
+
+def flowed(seen: SeenPile) -> float:
+    """ln of how long seeds flowed, by the film's own clock [ln s]."""
+    return float(np.log(seen.collapse.flow_s)) if seen.collapse else np.nan
+
+
+def slowness(seen: SeenPile) -> float:
+    """ln of the gate's time over that of the flow, which no clock changes; NaN without
+    a film that shows both."""
+    film = seen.collapse
+    if film is None or not np.isfinite(film.flow_s) or not np.isfinite(film.gate_s):
+        return np.nan
+    return float(np.log(max(film.gate_s, film.gate_sd_s) / film.flow_s))
+
+
+@dataclass(frozen=True, eq=False)
+class Gate:
+    """Its coordinate in draws by its slowness: a parabola through simulated heaps,
+    between these."""
+
+    parabola: np.ndarray
+    between: tuple[float, float]
+
+    def of(self, seen: SeenPile) -> float:
+        """NaN without a film."""
+        return float(
+            np.clip(
+                np.polyval(self.parabola, np.clip(slowness(seen), *self.between)), 0, 1
+            )
+        )
+
+
+def value(name: str, share: float) -> float:
+    """An unknown's value at a share [0, 1] of its span, by logarithms."""
+    low, high = UNKNOWNS[name]
+    return float(low * (high / low) ** share)
 
 
 @dataclass(frozen=True)
@@ -95,10 +135,7 @@ class Added:
 
     def settings(self, draw: np.ndarray) -> HeapSettings:
         """What a draw (k,) means: UNKNOWNS by their logarithms, and the strength."""
-        unknown = {
-            name: float(low * (high / low) ** share)
-            for share, (name, (low, high)) in zip(draw, UNKNOWNS.items())
-        }
+        unknown = {name: value(name, share) for name, share in zip(UNKNOWNS, draw)}
         return HeapSettings(unknown, self.effect, float(draw[-1]) * self.most)
 
 
@@ -107,7 +144,8 @@ class Rig:
     """Recordings of one rig and of seeds of one size, and how its heaps respond."""
 
     recordings: tuple[SeenPile, ...]
-    responses: tuple[Quadratic, ...]  # of angle and WINDOWS
+    responses: tuple[Quadratic | None, ...]  # of what heaps show, None if they do not
+    gate: Gate | None  # None: no gate
     effect: str
 
     def groups(self, half: int | None) -> list[tuple[SeenPile, ...]]:
@@ -124,27 +162,55 @@ class Rig:
         """(d,) of the recordings of a half at unknowns and strength (d, k) in [0, 1],
         which is 0 where `spared`. plain: only of plain seeds, or of the others."""
         groups = [
-            (
-                spared(group[0], self.effect),
-                np.array([shows(shape_of([r])) for r in group]).T,
-            )
+            (group, np.array([shows(r) for r in group]).T)
             for group in self.groups(half)
             if plain in (None, is_plain(group[0]))
         ]
 
         def at(draws: np.ndarray) -> np.ndarray:
             total = np.zeros(len(draws))
-            for without, shown in groups:
-                x = draws * ([1.0] * len(UNKNOWNS) + [float(not without)])
+            for group, shown in groups:
+                places = [self.place(draws, r) for r in group]
                 for seen, response in zip(shown, self.responses, strict=True):
-                    if len(seen := seen[np.isfinite(seen)]):
-                        expected, variance = response.at(x)
-                        variance = variance + response.packing_sd**2 / len(seen)
-                        off = (seen.mean() - expected) ** 2 / variance
-                        total -= 0.5 * (off + np.log(variance))
+                    there = np.isfinite(seen)
+                    if response is None or not there.any():
+                        continue
+                    known = [response.at(x) for x, ok in zip(places, there) if ok]
+                    expected, variance = np.mean(known, axis=0)
+                    variance = variance + response.packing_sd**2 / len(known)
+                    off = (seen[there].mean() - expected) ** 2 / variance
+                    total -= 0.5 * (off + np.log(variance))
             return total
 
         return at
+
+    def place(self, draws: np.ndarray, seen: SeenPile) -> np.ndarray:
+        """Draws (d, k) as a recording has them: without the effect where it is
+        `spared`, with the gate's speed by its film."""
+        own = draws.copy()
+        if spared(seen, self.effect):
+            own[:, -1] = 0.0
+        if self.gate and np.isfinite(speed := self.gate.of(seen)):
+            own[:, GATE_AT] = speed
+        return own
+
+    def gate_speed(self, group: Sequence[SeenPile]) -> dict[str, float]:
+        """{GATE: geometric mean by the films of a group}; {} without any."""
+        shares = [self.gate.of(seen) for seen in group] if self.gate else []
+        known = [share for share in shares if np.isfinite(share)]
+        return {GATE: value(GATE, float(np.mean(known)))} if known else {}
+
+    def clock(self, draws: np.ndarray) -> np.ndarray:
+        """(d,) how many times as long as by their own clocks films without a stated
+        frame rate took, by these draws; empty without such films."""
+        response, ratios = self.responses[-1], []
+        for seen in self.recordings if response else ():
+            if not seen.clocked and np.isfinite(own := flowed(seen)):
+                expected, variance = response.at(self.place(draws, seen))
+                spread = np.sqrt(variance + response.packing_sd**2)
+                normal = np.random.default_rng(len(ratios)).standard_normal(len(draws))
+                ratios.append(expected + spread * normal - own)
+        return np.exp(np.mean(ratios, axis=0)) if ratios else np.zeros(0)
 
 
 def added_to(seen: list[SeenPile], effect: str) -> Added:
@@ -171,21 +237,36 @@ def responding(
         for row in pool.map(lambda job: _kept(job, folder), jobs):
             kept.append(row)
             say(f"pile: heap {len(kept)} of {RUNS} simulated with {added.effect}")
-    shown = np.array(kept, dtype=float)
+    shown, slow = np.split(np.array(kept, dtype=float), [-1], axis=1)
     shown[shown[:, 0] > STANDS_DEG] = np.nan
     if (usable := int(np.isfinite(shown[:, 0]).sum())) < LEAST_RUNS:
         said = f"only {usable} of {RUNS} simulated heaps of this rig have a flank"
         raise ValueError(f"{said}; {LEAST_RUNS} are needed")
-    return Rig(recordings, tuple(quadratic(draws, y) for y in shown.T), added.effect)
+    responses = tuple(
+        quadratic(draws, y) if np.isfinite(y).any() else None for y in shown.T
+    )
+    stated = GATE in told.get("pile", {})
+    gate = None if stated else _gate(slow[:, 0], draws)
+    return Rig(recordings, responses, gate, added.effect)
+
+
+def _gate(slow: np.ndarray, draws: np.ndarray) -> Gate | None:
+    """From heaps of that slowness; None of a rig without a gate."""
+    if (seen := np.isfinite(slow)).sum() < LEAST_RUNS:
+        return None
+    parabola = np.polyfit(slow[seen], draws[seen, GATE_AT], 2)
+    return Gate(parabola, (float(slow[seen].min()), float(slow[seen].max())))
 
 
 def _kept(job: Job, folder: Path) -> list[float | None]:
-    """What one heap shows, None where it has no flank or a guard stopped it."""
+    """What one heap shows, and its slowness; None where it has no flank or a guard
+    stopped it."""
     if not (file := folder / f"{job.key}.json").is_file():
         try:
-            shown = shows(shape_of([heap_of(job)])).tolist()
+            heap = heap_of(job)
+            shown = [*shows(heap), slowness(heap)]
         except (ValueError, Stopped):
-            shown = [np.nan] * (1 + len(WINDOWS))
+            shown = [np.nan] * (3 + len(WINDOWS))
         known = [value if np.isfinite(value) else None for value in shown]
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(file, json.dumps(known))
@@ -230,12 +311,9 @@ def posterior(rigs: list[Rig], added: Added) -> np.ndarray:
     return sampler.get_chain(discard=STEPS // 3, flat=True)
 
 
-def strength(rigs: list[Rig], added: Added) -> str:
-    """The effect's strength by all recordings: median and 95 %, if it is stepless."""
-    if not added.law.stepless:
-        return ""
-    strengths = added.most * posterior(rigs, added)[:, -1]
-    low, middle, high = np.quantile(strengths, [0.025, 0.5, 0.975])
+def between(values: np.ndarray) -> str:
+    """Median and 95 %."""
+    low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
     return f"{middle:.2g} ({low:.2g} to {high:.2g})"
 
 

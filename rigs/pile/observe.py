@@ -1,16 +1,19 @@
 """A photo of a pile, or the last frame of a film, → what is measured on it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
 from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.motion.of_recording import doubted
+from benchtwin.vision.motion.of_recording import PICTURES, doubted
+from benchtwin.vision.overlay.collapse import draw_collapse
 from benchtwin.vision.overlay.pile import draw_repose
+from benchtwin.vision.pile.collapse import filmed_collapse
 from benchtwin.vision.pile.repose import (
     PileOptions,
     Repose,
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
 
 LEAST_WINDOW = 0.1  # of the crest's height
 BLACK = 12.0  # levels of 255: a frame, or a row of it, that is darker on average
+SMALL_PX = 640  # a film is that wide, at most, where its frames are compared
 BAR_EDGE_PX = 2  # of a letterbox's bars, which compression blurs
 # levels of 255, of more than this share of the surface: seeds on it still move
 MOVED, MOST_MOVED = 25.0, 0.05
@@ -36,72 +40,112 @@ def observe_pile(
 ) -> Observation:
     """Measure the first photo of a pile recording (each photo is a recording of its
     own), or the last frame of a film."""
-    if recording.evidence not in ("photos", "video"):
-        apart = "; photos of different piles lie in the recording's folder, not in"
-        more = f'{apart} "frames"' if recording.evidence == "frames" else ""
+    if recording.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
             f"{recording.path}: a pile is measured on photos or a film, not on"
-            f" {recording.evidence}{more}"
+            f" {recording.evidence}"
         )
     options = _with_recording_options(options or PileOptions(), recording)
-    film = recording.evidence == "video"
-    if film:
-        before, image = _last_two(recording)
-    else:
-        before, image = None, read_photo(recording.files[0])
-    if film and options.roi is None and options.baseline is None:
-        rows = slice(bar := _bar(image), len(image) - bar)
-        before, image = None if before is None else before[rows], image[rows]
+    filmed = recording.evidence in PICTURES
+    film = _film(recording, progress) if filmed else None
+    image, top_px = (
+        (read_photo(recording.files[0]), 0) if film is None else (film.last, 0)
+    )
+    if film is not None and options.roi is None and options.baseline is None:
+        image = image[(top_px := film.bar) : len(image) - film.bar]
     seen = with_board(recording, image)
     try:
         found = measure_repose(seen.picture, seen.recording.camera, options)
     except MeasurementError as error:
         raise MeasurementError(f"{recording.files[0]}: {error}") from error
-    if before is not None and _moves(before, image, found):
-        found = found.doubted("the film ends before the heap is at rest")
-    last = ["measured on the film's last frame"] if film else []
+    pictures, quantities, notes = {}, found.quantities, []
+    flow = None
+    if film is not None:
+        notes.append("measured on the film's last frame")
+        if _moves(film, found, top_px):
+            found = found.doubted("the film ends before the heap is at rest")
+        quantities = found.quantities
+        try:
+            flow = filmed_collapse(film.t_s, film.small, found, film.factor, top_px)
+        except MeasurementError as why:
+            notes.append(f"gate and flow are not measured: {why}")
+        else:
+            quantities += flow.collapse.quantities()
+            pictures["collapse"] = draw_collapse(film.last, flow, film.factor)
     observation = Observation(
         recording.id,
         "pile",
-        found.quantities,
-        (*found.notes, *seen.notes, *last),
-        {"pile": draw_repose(image, found, seen.board)},
+        quantities,
+        (*found.notes, *seen.notes, *notes),
+        {"pile": draw_repose(image, found, seen.board), **pictures},
         heap=found,
+        collapse=None if flow is None else flow.collapse,
     )
     return doubted(observation, seen.doubt)
 
 
-def _last_two(recording: Recording) -> tuple[np.ndarray | None, np.ndarray]:
-    """The last two frames of a film that are not black, the first None where there is
-    but one."""
+@dataclass(frozen=True, eq=False)
+class _Film:
+    """Of a film: its last two frames that are not black (the first None where there is
+    but one), all of them grey and smaller by `factor` (n, h, w), when they were taken
+    (n,)."""
+
+    before: np.ndarray | None
+    last: np.ndarray
+    small: np.ndarray
+    t_s: np.ndarray
+    factor: float
+
+    @property
+    def bar(self) -> int:
+        """Rows of the black bars, alike above and below, that a letterbox has; 0
+        without one."""
+        lit = np.flatnonzero(self.last.reshape(len(self.last), -1).mean(axis=1) > BLACK)
+        bar = min(int(lit[0]), len(self.last) - 1 - int(lit[-1]))
+        return bar + BAR_EDGE_PX if bar else 0
+
+
+def _film(recording: Recording, progress: "Progress | None") -> _Film:
+    """Reads it once; MeasurementError where every frame is black."""
     before = last = None
-    for frame in open_frames(recording).iterate():
-        if frame.pixels.mean() > BLACK:
-            before, last = last, frame.pixels
+    small, times, factor = [], [], 1
+    source = open_frames(recording)
+    for n, frame in enumerate(source.iterate()):
+        if frame.pixels.mean() <= BLACK:
+            continue
+        before, last = last, frame.pixels
+        factor = -(-frame.pixels.shape[1] // SMALL_PX)
+        small.append(_small(frame.pixels, factor))
+        times.append(frame.t_s)
+        if progress is not None:
+            progress(n / max(source.count, 1))
     if last is None:
         raise MeasurementError(f"{recording.files[0]}: every frame is black")
-    return before, last
+    return _Film(before, last, np.array(small), np.array(times), factor)
 
 
-def _bar(frame: np.ndarray) -> int:
-    """Rows of the black bars, alike above and below, that a letterbox has; 0 without
-    one."""
-    lit = np.flatnonzero(frame.reshape(len(frame), -1).mean(axis=1) > BLACK)
-    bar = min(int(lit[0]), len(frame) - 1 - int(lit[-1]))
-    return bar + BAR_EDGE_PX if bar else 0
+def _small(pixels: np.ndarray, factor: int) -> np.ndarray:
+    """Grey means over squares of `factor` px, rows and columns beyond the last one left
+    out."""
+    grey = pixels if pixels.ndim == 2 else cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+    high, wide = (n // factor for n in grey.shape)
+    whole = grey[: high * factor, : wide * factor]
+    return cv2.resize(whole, (wide, high), interpolation=cv2.INTER_AREA)
 
 
-def _moves(before: np.ndarray, last: np.ndarray, found: Repose) -> bool:
-    """Whether seeds on the heap's surface differ between two frames."""
+def _moves(film: _Film, found: Repose, top_px: int) -> bool:
+    """Whether seeds on the heap's surface differ between the last two frames."""
+    if film.before is None:
+        return False
     x = np.flatnonzero(np.isfinite(found.surface))
     left, right = (
         found.crest[0] - found.roi[0] if t is None else t for t in found.toes
     )
     x = x[(x >= left) & (x <= right)]
-    rows = np.rint(found.surface[x]).astype(int) + found.roi[1]
-    places = np.clip(rows, 0, len(last) - 1), x + found.roi[0]
-    change = np.abs(last[places].astype(float) - before[places]).reshape(x.size, -1)
-    return bool((change.mean(axis=1) > MOVED).mean() > MOST_MOVED)
+    rows = np.rint(found.surface[x]).astype(int) + found.roi[1] + top_px
+    places = np.clip(rows, 0, len(film.last) - 1), x + found.roi[0]
+    change = np.abs(film.last[places].astype(float) - film.before[places])
+    return bool((change.reshape(x.size, -1).mean(axis=1) > MOVED).mean() > MOST_MOVED)
 
 
 def _with_recording_options(options: PileOptions, recording: Recording) -> PileOptions:

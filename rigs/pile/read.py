@@ -1,7 +1,7 @@
-"""Surfaces of piles as plain arrays: what a diagnosis is made from, read by the same
-code for bench and twin."""
+"""Surfaces of piles, and how they came about, as plain arrays: what a diagnosis is made
+from, read by the same code for bench and twin."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,8 @@ import numpy as np
 from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of
 from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.of_recording import PICTURES
+from benchtwin.vision.pile.collapse import Collapse
 from benchtwin.vision.pile.repose import Repose
 from benchtwin.vision.recording import Recording
 
@@ -29,7 +31,8 @@ class SeenPile:
     values, `camera.plumb_sd_deg` with what holds where nothing is stated; trouble: why
     there is nothing, "" when there is; heap: the recording whose heap it is, alike for
     all photos of one recording (its recording.toml tells of one run), "" where each
-    photo is taken for a heap of its own."""
+    photo is taken for a heap of its own; collapse: by its film, None without one;
+    clocked: whether the film's frame rate is stated."""
 
     recording: str
     session: str
@@ -47,27 +50,30 @@ class SeenPile:
     trouble: str = ""
     heap: str = ""
     hidden: np.ndarray = field(default_factory=no_rows)
+    collapse: Collapse | None = None
+    clocked: bool = False
 
 
 def read_piles(folder: Path | Observed) -> list[SeenPile]:
-    """Every photo of a pile under `folder`; one that cannot be used says why.
+    """Every photo or film of a pile under `folder`; one that cannot be used says why.
     FileNotFoundError without a folder."""
     return list(seen_of(folder, "pile", SeenPile, _seen, describe))
 
 
 def _seen(entry: Recording, observed: Observed) -> list[SeenPile]:
-    if entry.evidence != "photos":
+    if entry.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
             f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
-            " from photos"
+            " from photos or films"
         )
     try:
-        heap = observed.observe(entry).heap
+        seen = observed.observe(entry)
     except OSError as error:
         reason = f"{error.filename or entry.path}: {error.strerror or error}"
         raise MeasurementError(reason) from error
-    assert heap is not None  # every pile photo that is measured shows one
-    return [pile_of(heap, entry)]
+    assert seen.heap is not None  # every pile that is measured shows one
+    told = {"collapse": seen.collapse, "clocked": entry.camera.fps is not None}
+    return [replace(pile_of(seen.heap, entry), **told)]
 
 
 def pile_of(found: Repose, recording: Recording) -> SeenPile:

@@ -23,12 +23,13 @@ from benchtwin.rigs.pile.heap_twin import (
     Added,
     Rig,
     added_to,
+    between,
     fitted,
     is_plain,
     odds_over_friction,
+    posterior,
     responding,
     spared,
-    strength,
 )
 from benchtwin.rigs.pile.read import SeenPile, read_piles
 from benchtwin.rigs.pile.simulated_heaps import (
@@ -49,9 +50,10 @@ FRICTION = "seed-friction"
 PACKINGS, TRIES = 2, 5  # of a heap; where some are stopped
 HEAP = "heap"  # folder of its recording
 MOST_RIGS = 2
+CLOCK = "how long the collapses took, over what films without a stated frame rate say:"
 HOW = (
-    "friction and rolling friction between seeds, friction on the plate and, if not"
-    " stated, the gate's speed let old and new twin fit as well as each can;"
+    "friction and rolling friction between seeds, friction on the plate and, if no"
+    " film shows it, the gate's speed let old and new twin fit as well as each can;"
     f" {PACKINGS} packings each, their mean; surfaces are compared in shares of the"
     " flank's base, so that its steepness counts as well as its form"
 )
@@ -83,11 +85,15 @@ def resimulate(
         settings = [fitted(rigs, fitted_to, added, free) for free in (False, True)]
         for rig in rigs:
             for group in rig.groups(half):
+                own = [
+                    replace(s, unknown=s.unknown | rig.gate_speed(group))
+                    for s in settings
+                ]
                 say(f"pile: running the twin again, {len(shown) + 1}")
                 at = folder / f"twin-{len(shown) + 1}"
                 old, new = (
                     _run(group[0], s, added.seed_mm, Path(f"{at}-{which}"), pictures)
-                    for which, s in zip(("old", "new"), settings, strict=True)
+                    for which, s in zip(("old", "new"), own, strict=True)
                 )
                 rows += _compared(
                     group, old, new, "pictures" if pictures else "outline"
@@ -95,7 +101,11 @@ def resimulate(
                 shown.append((group, old, new, at))
     counterpart = EFFECTS[effect].counterpart
     assert counterpart is not None  # checked by rerun.reason_not_simulated
-    change = counterpart.what.format(value=strength(rigs, added))
+    draws = posterior(rigs, added)
+    strength = between(added.most * draws[:, -1]) if added.law.stepless else ""
+    change = counterpart.what.format(value=strength)
+    clocks = [clock for rig in rigs if len(clock := rig.clock(draws))]
+    notes = tuple(CLOCK.format(between(clock)) for clock in clocks)
     most_moved = max(shown, key=lambda s: abs(s[2].angle_deg - s[1].angle_deg))
     figure = _figure(*most_moved[:3])
     again = Resimulation(
@@ -105,6 +115,7 @@ def resimulate(
         HOW,
         tuple(rows),
         held_out,
+        notes=notes,
         figure=figure,
         repeats=_scatter([g for rig in rigs for g in rig.groups(None)]),
         rival=_rival(finding, rigs, added),

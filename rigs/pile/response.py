@@ -25,7 +25,7 @@ class Quadratic:
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(d,) expected y at x (d, k), and its variance; packings not included."""
         terms = _terms(x)
-        variance = np.einsum("dp,pq,dq->d", terms, self.covariance, terms)
+        variance = (terms @ self.covariance * terms).sum(axis=1)
         return self.mean + terms @ self.coefficients, variance
 
 

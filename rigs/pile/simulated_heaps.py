@@ -1,6 +1,6 @@
 """Simulated heaps of a recorded rig, with an effect; of a wide box a slice."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of
-from benchtwin.rigs.pile.heap_outline import outlined
+from benchtwin.rigs.pile.heap_outline import collapsed, outlined
 from benchtwin.rigs.pile.read import SeenPile
 from benchtwin.twin.job import Job
 from benchtwin.twin.parameters import Parameters
@@ -20,6 +20,7 @@ SLICE = 3.5
 MOST_SEEDS = 3000
 PACKED = 0.62
 FILL_MM, PX_MM = 60.0, 0.1
+FPS = 40.0  # of their films
 GATE = "gate_speed_mm_s"
 AT = np.arange(0.05, 1.3, 0.025)  # of the flank's way, where surfaces are compared
 # what a heap hangs on and nobody states, and between what it lies: Parameters, and a
@@ -86,6 +87,7 @@ def heap_job(
         raise ValueError(f"{said}; up to {MOST_SEEDS} are run again")
     wide = pile["plate_mm"][0]
     camera = {
+        "fps": FPS,
         "mm_per_px": PX_MM,
         "width_px": int((wide + 40) / PX_MM),
         "height_px": int(1.2 * pile["fill_height_mm"] / PX_MM) + 200,
@@ -146,11 +148,20 @@ def _volume_mm3(seed: dict) -> float:
 
 
 def heap_of(job: Job) -> SeenPile:
-    """The simulated heap with its outline as in a photo."""
+    """The simulated heap with its outline as in a photo and, out of a box, how it came
+    about as in a film."""
     recording = job.recording(Path("heap"))
+    pile = recording.pile
+    box = pile.box_mm if pile.cylinder_mm is None else None
+    if box:
+        recording = replace(recording, evidence="video")
     rng = np.random.default_rng(list(job.rng))
     motion, _ = run(recording, job.parameters, rng=rng, threads=1)
-    return outlined(motion, recording)
+    seen = outlined(motion, recording)
+    if not box:
+        return seen
+    sizes_m = 1e-3 * box[0], 1e-3 * (pile.fill_height_mm or FILL_MM)
+    return replace(seen, collapse=collapsed(motion, *sizes_m), clocked=True)
 
 
 def shape_of(heaps: list[SeenPile]) -> Shape:

@@ -1,14 +1,14 @@
 """Pile: a box of seeds whose gate is lifted; they run out over a plate and its edges,
 and what is left has an angle of repose."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from benchtwin.sim.engine.walls import Rectangle, Slide, Wall
 from benchtwin.sim.laws import Chosen
 from benchtwin.sim.material import Contact, Material
-from benchtwin.sim.motion import Motion
+from benchtwin.sim.motion import Motion, Part
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
 from benchtwin.sim.rigs.filling import Chute, Filled
@@ -101,7 +101,7 @@ def run_pile(
     """Fill, lift the gate, wait, look. The motion's last frame is the photo; with fps >
     0 the frames before it are the film. filled: a filling to use in place of a new one
     (the same packing for other parameters); lying: a heap to begin with."""
-    return run_heap(
+    motion = run_heap(
         vessel(rig, bench),
         bench,
         rng,
@@ -111,6 +111,9 @@ def run_pile(
         filled=filled,
         lying=lying,
     )
+    if motion.frames == 1 or lying is not None:
+        return motion
+    return replace(motion, parts=(*motion.parts, _gate(rig, motion.t_s)))
 
 
 def vessel(rig: Pile, bench: Bench) -> Vessel:
@@ -173,6 +176,15 @@ def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
             Rectangle("far post", bench.wall, (x, y - gap, 0), (0, gap, 0), up),
         ]
     return made
+
+
+def _gate(rig: Pile, t_s: np.ndarray) -> Part:
+    """The gate on its way up, which begins with the film."""
+    x, (wide, high) = rig.box_m[0], rig.gate_m
+    gate = slab("gate", (x, -wide / 2, 0.0), (x + THICKNESS_M, wide / 2, high))
+    poses = np.tile(gate.poses, (len(t_s), 1))
+    poses[:, 2] = np.minimum(rig.gate_speed_m_s * (t_s - t_s[0]), high)
+    return replace(gate, poses=poses)
 
 
 def _parts(rig: Pile):

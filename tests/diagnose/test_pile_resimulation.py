@@ -13,17 +13,20 @@ from benchtwin.rigs.pile import heap_twin
 from benchtwin.rigs.pile.diagnose import diagnose_pile
 from benchtwin.rigs.pile.heap_twin import (
     Added,
+    Gate,
     Rig,
+    between,
     fitted,
     odds_over_friction,
+    posterior,
     responding,
     shows,
-    strength,
 )
 from benchtwin.rigs.pile.read import read_piles
 from benchtwin.rigs.pile.resimulation import _compared, _scatter, resimulate
 from benchtwin.rigs.pile.response import quadratic
 from benchtwin.rigs.pile.simulated_heaps import (
+    GATE,
     UNKNOWNS,
     HeapSettings,
     heap_job,
@@ -31,6 +34,7 @@ from benchtwin.rigs.pile.simulated_heaps import (
 )
 from benchtwin.sim.engine.step import Stopped
 from benchtwin.twin.parameters import bench
+from benchtwin.vision.pile.collapse import Collapse
 
 FOLDER = Path("heap")
 ADDED = Added("cohesion", 8.7, 10.0)  # strengths up to 1
@@ -165,10 +169,11 @@ def responding_to(truth: np.ndarray, effect: str, heaps: list) -> Rig:
     unknown or the strength."""
     rng = np.random.default_rng(2)
     x = rng.uniform(size=(60, len(truth)))
-    base = np.nanmean([shows(shape_of([h])) for h in heaps], axis=0)
+    base = np.nanmean([shows(h)[: len(truth)] for h in heaps], axis=0)
     slopes = np.diag(0.5 * np.abs(base))
     shown = base + (x - truth) @ slopes
-    return Rig(tuple(heaps), tuple(quadratic(x, y) for y in shown.T), effect)
+    responses = (*(quadratic(x, y) for y in shown.T), None)
+    return Rig(tuple(heaps), responses, None, effect)
 
 
 def test_strength_is_found_on_the_recordings_given_and_without_it_is_none():
@@ -178,7 +183,8 @@ def test_strength_is_found_on_the_recordings_given_and_without_it_is_none():
     new = fitted([rig], None, ADDED, True)
     assert new.strength == pytest.approx(0.7, abs=0.1)
     assert fitted([rig], None, ADDED, False).strength == 0.0
-    said = strength([rig], ADDED).replace("to ", "").split()
+    strengths = posterior([rig], ADDED)[:, -1]
+    said = between(strengths).replace("to ", "").split()
     middle, low, high = (float(v.strip("()")) for v in said)
     assert low < 0.7 < high and low < middle < high
 
@@ -220,14 +226,13 @@ def test_the_odds_tell_an_effect_from_another_friction_between_seeds(
     numbers = {
         f"{k}": (plain, changed)[k % 2] + rng.normal(0, 0.02, 5) for k in range(8)
     }
-    monkeypatch.setattr(heap_twin, "shape_of", lambda heaps: heaps[0].recording)
-    monkeypatch.setattr(heap_twin, "shows", numbers.get)
+    monkeypatch.setattr(heap_twin, "shows", lambda heap: numbers[heap.recording])
     (heap,) = repeats(Heap(), np.random.default_rng(1), 1)
     heaps = [
         replace(called_plain(heap, k % 2 == 0), recording=name)
         for k, name in enumerate(numbers)
     ]
-    odds = odds_over_friction([Rig(tuple(heaps), responses, "cohesion")], ADDED)
+    odds = odds_over_friction([Rig(tuple(heaps), responses, None, "cohesion")], ADDED)
     assert odds > 20 if hidden == "cohesion" else odds < 0.05
 
 
@@ -252,6 +257,40 @@ def test_heaps_that_were_simulated_are_kept_and_those_stopped_are_left_out(
     assert len(run) == heap_twin.RUNS
     x = np.full((1, len(UNKNOWNS) + 1), 0.5)
     assert again.responses[0].at(x) == rig.responses[0].at(x)
+
+
+def filmed(heap, gate_s: float, flow_s: float, clocked: bool):
+    film = Collapse(gate_s, 0.01, flow_s, 0.01, 0.0, False)
+    return replace(heap, collapse=film, clocked=clocked)
+
+
+def test_films_tell_the_gate_and_their_own_clock():
+    """Slowness falls by 3 along the gate's unknown, flows by ln 2 along the first; of
+    films that play at two thirds of their speed the gate is the same one."""
+    rng, truth = np.random.default_rng(5), np.array([0.5, 0.4, 0.6, 0.25, 0.0])
+    x = rng.uniform(size=(60, 5))
+    at = [*UNKNOWNS].index(GATE)
+    gate = Gate(np.array([0.0, -1 / 3, 0.5]), (-1.5, 1.5))
+    flow = quadratic(x, np.log(0.1) + np.log(2) * x[:, 0])
+    heaps = repeats(Heap(), rng, 4)
+    ratio = np.exp(3 * (0.5 - truth[at]))
+    flow_s = 0.1 * 2**0.5
+    own = [filmed(h, ratio * flow_s, flow_s, True) for h in heaps]
+    slowed = [filmed(h, 1.5 * ratio * flow_s, 1.5 * flow_s, False) for h in heaps]
+    for seen in (own, slowed):
+        rig = Rig(tuple(seen), (*5 * [None], flow), gate, "cohesion")
+        places = rig.place(np.full((3, 5), 0.9), seen[0])
+        assert places[:, at] == pytest.approx(truth[at])
+        assert np.delete(places, at, axis=1) == pytest.approx(0.9)
+        low, high = UNKNOWNS[GATE]
+        assert rig.gate_speed(seen)[GATE] == pytest.approx(
+            low * (high / low) ** truth[at], rel=1e-6
+        )
+    clock = rig.clock(np.tile(truth, (500, 1)))
+    assert np.median(clock) == pytest.approx(1 / 1.5, rel=0.02)
+    assert not len(replace(rig, recordings=tuple(own)).clock(truth[None]))
+    assert np.isfinite(shows(own[0])[-1]) and np.isnan(shows(slowed[0])[-1])
+    assert np.isnan(gate.of(heaps[0])) and rig.gate_speed(heaps) == {}
 
 
 def test_a_simulated_heap_that_is_less_steep_has_an_error():

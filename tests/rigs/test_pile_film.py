@@ -1,11 +1,19 @@
-"""A film of a heap: its last frame is measured, whatever bars are laid round it."""
+"""A film of a heap: its last frame is measured, whatever bars are laid round it, and
+gate and flow by all of them."""
+
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 from synthetic.piles import PileScene, draw_pile
 
+from benchtwin.rigs.pile.heap_outline import collapsed
 from benchtwin.rigs.pile.observe import observe_pile
+from benchtwin.rigs.pile.read import read_piles
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.paths import like
+from benchtwin.twin.run import run, simulate
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
 
@@ -53,3 +61,39 @@ def test_a_black_film_is_refused(tmp_path):
     film = recording(tmp_path / "film", [np.zeros((480, 800), np.uint8)] * 3)
     with pytest.raises(MeasurementError, match="every frame is black"):
         observe_pile(film)
+
+
+CHANNEL = {
+    "pile": {
+        "box_mm": [60.0, 20.0, 80.0],
+        "channel_mm": [250.0, 20.0],
+        "fill_height_mm": 60.0,
+        "gate_speed_mm_s": 200.0,
+    },
+    "seed": dict.fromkeys(("length_mm", "width_mm", "thickness_mm"), 6.0),
+    "camera": {
+        "fps": 60.0,
+        "mm_per_px": 0.4,
+        "width_px": 680,
+        "height_px": 240,
+        "target_mm": [125.0, 0.0, 35.0],
+    },
+}
+
+
+def test_the_film_of_a_simulated_collapse_tells_gate_and_flow(tmp_path):
+    """The gate's time within 2 sd of 60 mm at 200 mm/s, in the film and by the outlines
+    that are compared with films; the flow alike in both within 2 sd of a film's."""
+    parameters, rig = Parameters(), like("pile", CHANNEL)
+    filmed = replace(rig, evidence="video")
+    rng = [np.random.default_rng(3) for _ in range(2)]
+    simulate("pile", parameters, rng=rng[0], out=tmp_path / "film", like=filmed)
+    (seen,) = read_piles(tmp_path)
+    motion, _ = run(filmed, parameters, rng=rng[1])
+    outlines = collapsed(motion, 0.06, 0.06)
+    for found in (seen.collapse, outlines):
+        assert abs(found.gate_s - 0.3) < 2 * found.gate_sd_s < 0.2
+        assert not found.late
+    apart = seen.collapse.flow_s - outlines.flow_s
+    assert abs(apart) < 2 * np.hypot(seen.collapse.flow_sd_s, outlines.flow_sd_s)
+    assert seen.clocked and (tmp_path / "film" / "frames").is_dir()
