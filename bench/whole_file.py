@@ -5,7 +5,6 @@ left by a process that was killed is removed by the next that writes to that pla
 import os
 import secrets
 import shutil
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -22,9 +21,9 @@ def whole(file: Path) -> Iterator[Path]:
     when all is written: whoever reads it, or stops us, finds the old or the new one.
     OSError where it cannot be written."""
     _remove_left(file)
-    part = file.with_name(f"{_start(file)}{secrets.token_hex(16)}{PART}")
-    os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    part = _part(file)
     try:
+        os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         with _holding(part):
             yield part
             part.replace(file)
@@ -48,8 +47,9 @@ def folder_beside(out: Path) -> Iterator[Path]:
     else can look into; it is removed at the end where it is still there."""
     out.parent.mkdir(parents=True, exist_ok=True)
     _remove_left(out)
-    part = Path(tempfile.mkdtemp(PART, _start(out), out.parent))
+    part = _part(out)
     try:
+        part.mkdir(mode=0o700)
         with _holding(part):
             yield part
     finally:
@@ -78,6 +78,12 @@ def own_folder(folder: Path) -> Path:
     ):
         raise PermissionError(f"{folder}: not a folder of this user's alone")
     return folder
+
+
+def _part(out: Path) -> Path:
+    """A name beside `out` that nothing has: chosen before anything is made, so that a
+    signal at any moment leaves nothing behind."""
+    return out.with_name(f"{_start(out)}{secrets.token_hex(16)}{PART}")
 
 
 def _start(out: Path) -> str:

@@ -4,9 +4,10 @@ they give?
 
     python benchmarks/liquid_or_friction.py [BENCHES]       default 12
 
-Each bench: four plain heaps and four others in the channel of samples/damp-heaps, at
-drawn frictions, gate and strength. Forty heaps are simulated once for all benches; some
-five seconds a heap on one core. What was simulated is kept in benchmark-runs/."""
+Each bench, last frames only: four plain heaps and four others in the channel of
+samples/damp-heaps, at drawn frictions, gate and strength. Forty heaps are simulated
+once for all benches; some five seconds a heap on one core. What was simulated is kept
+in benchmark-runs/."""
 
 import argparse
 import json
@@ -61,7 +62,7 @@ def bench(number: int, rig: Rig, added: Added) -> dict:
     for k in range(2 * HEAPS):
         draw, packing = (plain, others)[k % 2], FIRST + RUNS + 100 * number + k
         job = heap_job(told, added.settings(draw), added.seed_mm, packing)
-        heap = replace(heap_of(job), recording=f"{k}")
+        heap = replace(heap_of(job), recording=f"{k}", collapse=None)
         pile = heap.description["pile"] | {"plain": k % 2 == 0}
         seen.append(replace(heap, description=heap.description | {"pile": pile}))
     own = replace(rig, recordings=tuple(seen))
