@@ -11,7 +11,6 @@ from benchtwin.vision.motion.scene import grey
 SEARCH_PX = 8  # how far an edge may move from one frame to the next
 PLACES = 90  # along the edge where its position is measured
 CANDIDATES = 5
-PAIRED = 24  # places among whose pairs a first slope is sought
 # in which an edge is seen at least; by how much one that rotates turns
 LEAST_FRAMES, LEAST_TURN_DEG = 8, 0.3
 
@@ -142,14 +141,12 @@ def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
     place = (weight * middle).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
     good = (height > 0.35 * np.percentile(height, 75)) & (height > 0.8)
     lever = s - s.mean()
-    if good.sum() < PLACES / 3:
+    # Block, graph paper and clamps disturb some places: start from the line that most
+    # places agree on.
+    guess = _agreed(lever[good], place[good])
+    if guess is None:
         return None
-    # Block, graph paper and clamps disturb some places: begin with the median slope
-    # between pairs (Theil & Sen)
-    some = np.flatnonzero(good)[np.linspace(0, good.sum() - 1, PAIRED).astype(int)]
-    one, other = (some[k] for k in np.triu_indices(PAIRED, 1))
-    slope = np.median((place[other] - place[one]) / (lever[other] - lever[one]))
-    level = np.median(place[good] - slope * lever[good])
+    level, slope = guess
     for limit in (1.5, 0.8, 0.5):
         near = good & (np.abs(place - level - slope * lever) < limit)
         if near.sum() < PLACES / 3:
@@ -161,3 +158,19 @@ def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
     half, at = (line.extent[1] - line.extent[0]) / 2, float(centre @ turned.along)
     sd = max(noise, 0.02) / float(np.sqrt(((lever[near]) ** 2).sum()))
     return Line(turned.angle, float(centre @ turned.across), (at - half, at + half), sd)
+
+
+def _agreed(lever: np.ndarray, place: np.ndarray) -> tuple[float, float] | None:
+    """Level and slope of the line through two of the places that most others lie near
+    to (all pairs of 24 places)."""
+    if len(place) < PLACES / 3:
+        return None
+    pick = np.linspace(0, len(place) - 1, 24).astype(int)
+    one, other = (pick[k] for k in np.triu_indices(len(pick), 1))
+    apart = other > one + len(place) // 4
+    one, other = one[apart], other[apart]
+    slope = (place[other] - place[one]) / (lever[other] - lever[one])
+    level = place[one] - slope * lever[one]
+    near = (np.abs(place - level[:, None] - slope[:, None] * lever) < 0.6).sum(axis=1)
+    best = int(near.argmax())
+    return float(level[best]), float(slope[best])
