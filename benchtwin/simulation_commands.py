@@ -180,7 +180,7 @@ def simulate_and_measure(
     ] = None,
     start: Annotated[
         Path | None,
-        said("A .vtkhdf file: the heap that a pile or cylinder begins with."),
+        said("A .vtkhdf file, a LAMMPS dump or a VTK file: the heap to begin with."),
     ] = None,
     progress: Progress = False,
 ) -> "Measurements":

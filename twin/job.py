@@ -34,7 +34,7 @@ RIG_NAMES = (*RIGS, *VARIANTS)
 class Job:
     """rig; parameters; description: sections of a recording.toml as {"section": {"key":
     value}}; rng: seed numbers of the generator; rendered or not; the engine that
-    computes it; start: a .vtkhdf file with the heap to begin with. Two jobs of one key
+    computes it; start: a file with the heap to begin with. Two jobs of one key
     give the same recording."""
 
     rig: str

@@ -18,3 +18,7 @@ feels normal_force · normal + shear_force: as the schema says, positive in trac
 FORMAT, VERSION = "ON-DEM VTKHDF", "0.1-draft"
 UNITS = ("second", "meter", "kilogram")
 STATE = "state.vtkhdf"  # in the folder of a simulated recording
+
+
+class Unfit(ValueError):
+    """What is wrong with a file."""

@@ -20,27 +20,21 @@ class Interactions:
     """k contacts, those between seeds before those with walls.
 
     first (k,): row of a ball in `State.ball`; second (k,): that of the other ball, or
-    the wall's number; primitive (k,): which of all walls' faces, −1 between seeds;
+    the wall's number; on_wall (k,): which it is;
     points (k, 3) [m], in the middle of the overlap; normals (k, 3): unit vectors from
     the second to the first; overlaps_m (k,); pressing_n (k,): what the normal spring
     and adhesion push the two apart with; shear_n (k, 3): what the tangential spring
-    does to the first; memory (k, columns): what the contact remembers. Dashpots, which
+    does to the first. Dashpots, which
     do nothing at rest, are left out."""
 
     first: np.ndarray
     second: np.ndarray
-    primitive: np.ndarray
+    on_wall: np.ndarray
     points: np.ndarray
     normals: np.ndarray
     overlaps_m: np.ndarray
     pressing_n: np.ndarray
     shear_n: np.ndarray
-    memory: np.ndarray
-
-    @property
-    def on_wall(self) -> np.ndarray:
-        """Which contacts are with walls (k,)."""
-        return self.primitive >= 0
 
 
 def interactions(world: World, state: State) -> Interactions:
@@ -69,13 +63,12 @@ def interactions(world: World, state: State) -> Interactions:
     return Interactions(
         first=first,
         second=np.concatenate([j, tables.walls.wall[prim]]),
-        primitive=np.concatenate([np.full(len(i), -1), prim]),
+        on_wall=np.repeat([False, True], [len(i), len(prim)]),
         points=state.ball[first, :3] - normals * to_first[:, None],
         normals=normals,
         overlaps_m=gaps,
         pressing_n=pressing,
         shear_n=-shear[:, None] * memory[:, :3],
-        memory=memory,
     )
 
 

@@ -1,4 +1,5 @@
-"""Reads an ON-DEM file: ours, or another tool's of spheres and clumps."""
+"""Reads the heap of a file: an ON-DEM file, ours or another tool's of spheres and
+clumps, or one that `foreign` reads."""
 
 import re
 from dataclasses import dataclass, replace
@@ -7,11 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchtwin.sim.engine.state import State
-from benchtwin.sim.engine.step import first_forces, init
-from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.material import Material
-from benchtwin.sim.ondem import FORMAT, UNITS, VERSION
+from benchtwin.sim.ondem import FORMAT, UNITS, VERSION, Unfit
+from benchtwin.sim.ondem.foreign import read_foreign, seed_of
 from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 # what a ball needs: without it there is no start
 NEEDED = ("radius", "body_id", "clump_id", "mass", "inertia", "orientation")
 ROUNDING = 1e-12  # of a radius: closer to an axis, a ball is on it
+NONE_READ = "no HDF5 file, LAMMPS dump or VTK file, or a damaged one"
 MOVING = ("velocity", "angular_velocity")
 
 
@@ -28,9 +29,7 @@ MOVING = ("velocity", "angular_velocity")
 class Saved:
     """What a file holds. shapes, shape_of (n,): of each seed; positions (n, 3) [m] of
     centres of mass; orientations (n, 4) unit quaternions (w, x, y, z); velocities,
-    spins (n, 3) [m/s, rad/s]; time_s. first, second (k,): who touches whom, balls by
-    their place, walls by their number; primitive (k,), memory (k, columns): as in
-    `Interactions`, no rows where the file is another tool's."""
+    spins (n, 3) [m/s, rad/s]; time_s."""
 
     shapes: tuple[Seed, ...]
     shape_of: np.ndarray
@@ -39,10 +38,6 @@ class Saved:
     velocities: np.ndarray
     spins: np.ndarray
     time_s: float
-    first: np.ndarray
-    second: np.ndarray
-    primitive: np.ndarray
-    memory: np.ndarray
 
     def placed(self, material: Material) -> Placed:
         """The seeds as a group of a world."""
@@ -58,11 +53,13 @@ class Saved:
 
 
 def read_state(file: Path) -> Saved:
-    """What an ON-DEM file holds; ValueError, in a sentence that names the file, for one
-    that is damaged, newer, or lacks what a start needs."""
+    """What a file holds; ValueError, in a sentence that names the file, for one that is
+    damaged, newer, or lacks what a start needs."""
     import h5py
 
     try:
+        if (told := read_foreign(file)) is not None:
+            return Saved(**told)
         with h5py.File(file) as held:
             _check_own(held)
             _check(held)
@@ -70,53 +67,13 @@ def read_state(file: Path) -> Saved:
     except FileNotFoundError:
         raise ValueError(f"{file}: no such file") from None
     except IsADirectoryError:
-        raise ValueError(f"{file}: is a folder, not an ON-DEM file") from None
+        raise ValueError(f"{file}: is a folder, not a file") from None
     except OSError:
-        raise ValueError(f"{file}: no HDF5 file, or a damaged one") from None
-    except (Unfit, KeyError) as error:
+        raise ValueError(
+            f"{file}: no HDF5 file, LAMMPS dump or VTK file, or a damaged one"
+        ) from None
+    except (ValueError, KeyError) as error:
         raise ValueError(f"{file}: {error.args[0]}") from None
-
-
-class Unfit(ValueError):
-    """What is wrong with a file."""
-
-
-def go_on(world: World, saved: Saved, rng: np.random.Generator) -> State:
-    """The state that was saved, contacts' memory included, in a world that was made
-    with `Saved.placed` and the walls of before, where they were."""
-    state = init(world, rng, allowed_overlap=1.0)
-    row = np.argsort(state.ball_id)
-    if len(saved.memory) and saved.memory.shape[1] != state.pair_memory.shape[1]:
-        raise ValueError("the laws of this world remember other things than the file's")
-    pairs, walls = (
-        _places(state.pair_i, state.pair_j),
-        _places(state.wall_i, state.wall_p),
-    )
-    for i, j, p, memory in zip(
-        row[saved.first], saved.second, saved.primitive, saved.memory, strict=True
-    ):
-        if p >= 0 and (k := walls.get((i, p))) is not None:
-            state.wall_memory[k], state.wall_touch[k] = memory, 1
-        elif p < 0 and (k := pairs.get((i, row[j]))) is not None:
-            state.pair_memory[k], state.pair_touch[k] = memory, 1
-        elif p < 0 and (k := pairs.get((row[j], i))) is not None:
-            state.pair_memory[k], state.pair_touch[k] = _from_behind(memory), 1
-    return first_forces(world, state)
-
-
-def _places(first: np.ndarray, second: np.ndarray) -> dict[tuple[int, int], int]:
-    """Rows of listed contacts by what touches what."""
-    ends = zip(first.tolist(), second.tolist(), strict=True)
-    return {both: k for k, both in enumerate(ends)}
-
-
-def _from_behind(memory: np.ndarray) -> np.ndarray:
-    """What the other of the two remembers: displacements change their sign with the
-    side, an impact's speed and what laws along the normal keep do not."""
-    out = memory.copy()
-    out[:3] *= -1
-    out[4:7] *= -1
-    return out
 
 
 def _check_own(held: "File") -> None:
@@ -193,7 +150,7 @@ def _read(held: "File") -> Saved:
     else:
         saved = _of_balls(held, data, radii)
     time_s = float(held["ONDEM/Scene"].attrs.get("time", 0.0))
-    return _with_contacts(held, replace(saved, time_s=time_s), len(radii))
+    return replace(saved, time_s=time_s)
 
 
 def _finite(group: "Group", name: str, width: int = 0) -> np.ndarray:
@@ -228,34 +185,10 @@ def _of_balls(held: "File", data: "Group", radii: np.ndarray) -> Saved:
     told = np.column_stack([radii, masses, moments])
     different, of = np.unique(told, axis=0, return_inverse=True)
     shapes = tuple(
-        _seed(np.zeros((1, 3)), row[:1], row[1], row[2:], None) for row in different
+        seed_of(np.zeros((1, 3)), row[:1], row[1], row[2:]) for row in different
     )
     points = np.asarray(held["VTKHDF/Points"][()], float)
-    return Saved(shapes, of.ravel(), **_placed(data, points), **NO_CONTACTS, time_s=0.0)
-
-
-def _seed(
-    centres: np.ndarray,
-    radii: np.ndarray,
-    mass: float,
-    moments: np.ndarray,
-    sizes: np.ndarray | None,
-    volume: float = np.nan,
-) -> Seed:
-    """A seed of balls in its principal frame."""
-    if not np.isfinite(volume):
-        volume = float(4.0 / 3.0 * np.pi * (radii**3).sum())
-    return Seed(
-        centres, radii, mass, moments, mass / volume, sizes, np.eye(3), np.zeros(3)
-    )
-
-
-NO_CONTACTS = {
-    "first": np.zeros(0, int),
-    "second": np.zeros(0, int),
-    "primitive": np.zeros(0, int),
-    "memory": np.zeros((0, 0)),
-}
+    return Saved(shapes, of.ravel(), **_placed(data, points), time_s=0.0)
 
 
 def _of_clumps(held: "File", group: "Group", radii: np.ndarray) -> Saved:
@@ -278,8 +211,8 @@ def _of_clumps(held: "File", group: "Group", radii: np.ndarray) -> Saved:
         volume = float(group["volume"][k]) if "volume" in group else np.nan
         local, own = centres[mine], radii[mine]
         local[abs(local) < ROUNDING * own.max()] = 0.0
-        shapes.append(_seed(local, own, mass[k], moments[k], known, volume))
-    return Saved(tuple(shapes), of.ravel(), **where, **NO_CONTACTS, time_s=0.0)
+        shapes.append(seed_of(local, own, mass[k], moments[k], known, volume))
+    return Saved(tuple(shapes), of.ravel(), **where, time_s=0.0)
 
 
 def _owner(held: "File", group: "Group") -> np.ndarray:
@@ -289,19 +222,3 @@ def _owner(held: "File", group: "Group") -> np.ndarray:
     if lost := set(clump.tolist()) - set(row):
         raise Unfit(f"clump {min(lost)} is not in ONDEM/Bodies/Clumps")
     return np.array([row[int(c)] for c in clump])
-
-
-def _with_contacts(held: "File", saved: Saved, balls: int) -> Saved:
-    """With what contacts remember, where our engine wrote the file."""
-    group = held.get("ONDEM/Interactions")
-    if group is None or "memory" not in group:
-        return saved
-    primitive, second = group["primitive"][()], group["id2"][()]
-    walls = balls + len(saved.shape_of)
-    return replace(
-        saved,
-        first=group["id1"][()],
-        second=np.where(primitive >= 0, second - walls, second),
-        primitive=primitive,
-        memory=group["memory"][()],
-    )

@@ -266,7 +266,7 @@ def _lines(group: "Group", found: Interactions, row: np.ndarray) -> None:
 def _interactions(
     group: "Group", found: Interactions, row: np.ndarray, first_wall: int
 ) -> None:
-    """All contacts. primitive, memory: what our engine needs to go on."""
+    """All contacts."""
     second = np.where(found.on_wall, first_wall + found.second, 0)
     second[~found.on_wall] = row[found.second[~found.on_wall]]
     group.attrs["count"] = len(second)
@@ -282,6 +282,4 @@ def _interactions(
         shear_force=found.shear_n,
         contact_point=found.points,
         overlap=found.overlaps_m,
-        primitive=found.primitive,
-        memory=found.memory,
     )

@@ -11,7 +11,7 @@ from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS, Chosen
 from benchtwin.sim.material import Contact
 from benchtwin.sim.motion import Motion, Part
-from benchtwin.sim.rigs.bench import Bench, Watch
+from benchtwin.sim.rigs.bench import Bench, Watch, reach
 from benchtwin.sim.rigs.engine import Engine, Lift
 from benchtwin.sim.rigs.filling import RAIN_OVERLAP, Chute, Filled, count_for, rain
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
@@ -113,6 +113,7 @@ def run_heap(
     lifted having been taken away."""
     if lying is not None:
         vessel = opened(vessel)
+        check_stands(vessel, lying)
     filled = lying or filled or fill(vessel, bench, rng, engine, watch)
     looks = fps or vessel.look_fps
     motion = let_go(vessel, bench, filled, rng, looks, watch, engine)
@@ -128,6 +129,30 @@ def run_heap(
         velocities_m_s=motion.velocities_m_s[-1:],
         spins_rad_s=motion.spins_rad_s[-1:],
     )
+
+
+def check_stands(vessel: Vessel, lying: Filled) -> None:
+    """ValueError, with the shift that would help, for a heap that does not stand on the
+    rig: its lowest seed is farther from the floor than it is wide, or some lie where
+    they would be gone."""
+    seeds = [lying.shapes[k] for k in lying.shape_of]
+    turns, at = lying.orientations, lying.positions_m
+    down = [reach(seed, q, (0, 0, -1)) for seed, q in zip(seeds, turns, strict=True)]
+    low, high = at.min(axis=0), at.max(axis=0)
+    low[2] = float((at[:, 2] - down).min())
+    of_rig = np.array([vessel.chute.low, vessel.chute.high])
+    shift = of_rig.mean(axis=0) - (low + high) / 2
+    if vessel.wall_m is not None:  # it leans there
+        shift[0] = vessel.wall_m + max(down) - low[0]
+    shift[2] = of_rig[0, 2] - low[2]
+    gone = (low < vessel.domain[0]) | (high > vessel.domain[1])
+    gone[2] = abs(shift[2]) > 2 * max(seed.bounding_radius_m for seed in seeds)
+    if gone.any():
+        x, y, z = 1e3 * np.where(gone, shift, 0.0)
+        raise ValueError(
+            "the heap does not stand on the rig; moved by"
+            f" ({x:.1f}, {y:.1f}, {z:.1f}) mm it may"
+        )
 
 
 def opened(vessel: Vessel) -> Vessel:

@@ -78,7 +78,7 @@ def test_another_start_is_another_run(heap, tmp_path):
         (["pile", "--start", "nowhere.vtkhdf"], "nowhere.vtkhdf: no such file"),
         (
             ["pile", *SLAB, "--set", "pile.plate_mm=[61,20]", "--start", "RAISED"],
-            "is outside the domain",
+            "does not stand on the rig; moved by (0.0, 0.0, -5000.0) mm it may",
         ),
     ],
 )

@@ -1,6 +1,5 @@
 """A state written in the ON-DEM network's format: laid out as its schema and VTK's say,
-read back as it was, gone on with as if it had not been stopped; what is not such a file
-is refused in a sentence."""
+read back as it was; what is not such a file is refused in a sentence."""
 
 import h5py
 import numpy as np
@@ -17,7 +16,7 @@ from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.ondem import UNITS
 from benchtwin.sim.ondem.interactions import interactions
-from benchtwin.sim.ondem.read import go_on, read_state
+from benchtwin.sim.ondem.read import NONE_READ, read_state
 from benchtwin.sim.ondem.write import write_state
 from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
@@ -91,19 +90,6 @@ def test_what_is_read_is_what_was_written(heap, file):
         assert np.array_equal(read.inertia_kg_m2, own.inertia_kg_m2)
         assert read.mass_kg == own.mass_kg
         assert read.density_kg_m3 == pytest.approx(own.density_kg_m3, rel=1e-12)
-
-
-def test_a_run_goes_on_from_a_file_as_from_its_state(heap, file):
-    """Stopped and read, 200 steps later seeds are where they are without the stop, to
-    1e-12 m; without the contacts' memory they are not."""
-    world, state = heap
-    saved = read_state(file)
-    again = world_of(saved.placed(SOFT))
-    there = run(world, state, steps=200).positions
-    here = run(again, go_on(again, saved, np.random.default_rng(0)), steps=200)
-    assert np.abs(here.positions - there).max() < 1e-12
-    forgetful = init(again, np.random.default_rng(0), allowed_overlap=1.0)
-    assert np.abs(run(again, forgetful, steps=200).positions - there).max() > 1e-9
 
 
 def test_vtk_s_layout(file):
@@ -239,7 +225,10 @@ def in_millimetres(held):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda p: p.write_bytes(b"x" * 99), "no HDF5 file, or a damaged one"),
+        (
+            lambda p: p.write_bytes(b"x" * 99),
+            "no HDF5 file, LAMMPS dump or VTK file, or a damaged one",
+        ),
         (lambda p: None, "no such file"),
         (lambda p: p.mkdir(), "is a folder"),
         (spoilt(renamed), "of format 'VTKHDF', not 'ON-DEM VTKHDF'"),
@@ -273,7 +262,7 @@ def test_what_is_no_start_is_refused_in_a_sentence(tmp_path, make, words):
 def test_a_file_that_was_cut_off_is_refused(file, tmp_path, share):
     raw = file.read_bytes()
     (tmp_path / "a.vtkhdf").write_bytes(raw[: int(share * len(raw))])
-    with pytest.raises(ValueError, match="no HDF5 file, or a damaged one"):
+    with pytest.raises(ValueError, match=NONE_READ):
         read_state(tmp_path / "a.vtkhdf")
 
 
