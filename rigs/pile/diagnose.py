@@ -1,7 +1,10 @@
 """Heaps, from photos to a finding."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from benchtwin.bench import distributions as stats
 from benchtwin.bench.lines import one_a_reason
 from benchtwin.infer import power_law
 from benchtwin.infer.conditions import Contact, conditions_of
@@ -34,6 +37,9 @@ SAME = (
 )
 AGAIN = "the same heap again, and a heap with two flanks"
 REPOSE = Contact("repose_angle_deg", "repose", 1.0, "middle")
+# sd by which repeats of one kind of heap differ, at most (real ones: 0.6 to 2°), and
+# how rarely so much more is seen of one kind
+ONE_KIND_DEG, ONE_KIND_P = 2.0, 1e-3
 WIDTH = 0.2  # of a window, over the flank's way
 BREAKS = (
     0.35,
@@ -172,7 +178,7 @@ def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
     said += [
         (p.recording, COUNTED[p.reference]) for p in photos if p.reference in COUNTED
     ]
-    notes = [*one_a_reason(said)]
+    notes = [*one_a_reason(said), *(mixed := [*_mixed(photos)])]
     unscaled = [p.recording for p in photos if p.unit == "px"]
     notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []
     low = [(p, high) for p in photos if (high := seeds_high(p)) < 5]
@@ -182,5 +188,25 @@ def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
         for p, high in low
     ]
     notes += [ONE] if len(photos) == 1 else []
-    notes += [SAME] if len({p.stated for p in photos}) == 1 else []
+    alike = len({p.stated for p in photos}) == 1 and not mixed
+    notes += [SAME] if alike else []
     return tuple(notes)
+
+
+def _mixed(photos: tuple[Photo, ...]) -> Iterator[str]:
+    """Of heaps that state the same, but are not of one kind."""
+    for stated in dict.fromkeys(p.stated for p in photos):
+        own = [p for p in photos if p.stated == stated]
+        angles = np.array([np.mean([f.angle_deg for f in p.flanks]) for p in own])
+        off = float(((angles - angles.mean()) ** 2).sum())
+        if stats.chi2.sf(off / ONE_KIND_DEG**2, len(own) - 1) < ONE_KIND_P:
+            ends = [
+                f"{own[k].recording} ({angles[k]:.1f}°)"
+                for k in (angles.argmin(), angles.argmax())
+            ]
+            yield (
+                f"{len(own)} heaps that state the same differ by"
+                f" {np.sqrt(off / (len(own) - 1)):.1f}° (standard deviation), repeats of"
+                f" one kind by up to {ONE_KIND_DEG:g}°: something that nobody states"
+                f" differs between them, from {' to '.join(ends)}"
+            )

@@ -314,6 +314,25 @@ def test_steeper_heaps_beside_plain_ones_are_of_other_seeds():
     assert not {*told([*usual[:5], *damp]).names} & OF_SEEDS
 
 
+def test_heaps_of_two_kinds_that_state_the_same_are_said_to_differ():
+    """Six of 28° and six of 35°, in turn; one kind, or a stated difference, is none."""
+    rng = np.random.default_rng(3)
+    usual, damp = repeats(BENCH, rng, 6), repeats(changed(BENCH, angle_deg=35), rng, 6)
+    both = [
+        replace(heap, recording=f"heap-{k:02d}")
+        for k, heap in enumerate(
+            h for pair in zip(usual, damp, strict=True) for h in pair
+        )
+    ]
+
+    def differ(heaps) -> list[str]:
+        return [note for note in told(heaps).notes if "nobody states" in note]
+
+    (note,) = differ(both)
+    assert "12 heaps" in note and not differ(usual)
+    assert not differ([plain(h) if k % 2 else h for k, h in enumerate(both)])
+
+
 def test_one_photo_holds_nothing_out_and_says_so():
     found = told(repeats(changed(BENCH, tilt_deg=4.0), np.random.default_rng(7), 1))
     assert "base-tilt" in found.names
