@@ -204,9 +204,9 @@ def _mixed(photos: tuple[Photo, ...]) -> Iterator[str]:
                 f"{own[k].recording} ({angles[k]:.1f}°)"
                 for k in (angles.argmin(), angles.argmax())
             ]
+            sd = np.sqrt(off / (len(own) - 1))
             yield (
-                f"{len(own)} heaps that state the same differ by"
-                f" {np.sqrt(off / (len(own) - 1)):.1f}° (standard deviation), repeats of"
-                f" one kind by up to {ONE_KIND_DEG:g}°: something that nobody states"
-                f" differs between them, from {' to '.join(ends)}"
+                f"{len(own)} heaps that state the same differ by {sd:.1f}° (standard"
+                f" deviation), repeats of one kind by up to {ONE_KIND_DEG:g}°: something"
+                f" that nobody states differs between them, from {' to '.join(ends)}"
             )
