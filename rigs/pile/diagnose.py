@@ -207,6 +207,7 @@ def _mixed(photos: tuple[Photo, ...]) -> Iterator[str]:
             sd = np.sqrt(off / (len(own) - 1))
             yield (
                 f"{len(own)} heaps that state the same differ by {sd:.1f}° (standard"
-                f" deviation), repeats of one kind by up to {ONE_KIND_DEG:g}°: something"
-                f" that nobody states differs between them, from {' to '.join(ends)}"
+                f" deviation), repeats of one kind by up to {ONE_KIND_DEG:g}°:"
+                " something that nobody states differs between them, from"
+                f" {' to '.join(ends)}"
             )

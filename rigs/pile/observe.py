@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from benchtwin.vision.board.camera import with_board
-from benchtwin.vision.evidence.frames import open_frames
+from benchtwin.vision.evidence.frames import HELD_BYTES, open_frames
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.motion.of_recording import PICTURES, doubted
@@ -94,7 +94,7 @@ class _Film:
     last: np.ndarray
     small: np.ndarray
     t_s: np.ndarray
-    factor: float
+    factor: int
 
     @property
     def bar(self) -> int:
@@ -114,7 +114,9 @@ def _film(recording: Recording, progress: "Progress | None") -> _Film:
         if frame.pixels.mean() <= BLACK:
             continue
         before, last = last, frame.pixels
-        factor = -(-frame.pixels.shape[1] // SMALL_PX)
+        high, wide = frame.pixels.shape[:2]
+        room = np.sqrt(source.count * high * wide / HELD_BYTES)
+        factor = int(np.ceil(max(wide / SMALL_PX, room)))
         small.append(_small(frame.pixels, factor))
         times.append(frame.t_s)
         if progress is not None:

@@ -124,13 +124,16 @@ def filmed_collapse(
         "no gate: the heap leans on no wall, or on two",
     )
     require(np.isfinite(t_s).all(), "no frame rate is known: camera.fps tells it")
-    grey = pictures.astype(np.float32)
+    grey = pictures
     surface, base = _lines(found, factor, top_px, grey.shape[2])
-    arrived = _arrived(t_s, grey)
+    difference = np.abs(grey[-1].astype(float) - grey[0])
+    changed = difference > threshold_otsu(difference)
+    arrived = _arrived(t_s, grey, changed)
     if found.toes[0] is not None:  # the wall to the left, the gate right of it
-        grey, surface, base = grey[:, :, ::-1], surface[::-1], base[::-1]
-    first, change = grey[0], grey[-1] - grey[0]
-    changed = np.abs(change) > threshold_otsu(np.abs(change))
+        grey, changed = grey[:, :, ::-1], changed[:, ::-1]
+        surface, base = surface[::-1], base[::-1]
+    first = grey[0].astype(float)
+    change = grey[-1] - first
     rows = np.arange(grey.shape[1])[:, None]
     under = (rows > surface + RIM_PX) & (rows < base - RIM_PX)
     gate, top = _column(changed, under, rows < surface - RIM_PX)
@@ -191,12 +194,10 @@ def _column(changed, under, above) -> tuple[int, float]:
     return gate, float(np.median(emptied.argmax(axis=0)[there]))
 
 
-def _arrived(t_s: np.ndarray, grey: np.ndarray) -> np.ndarray:
-    """When each pixel was half changed for good, NaN where it hardly changed."""
-    change = grey[-1] - grey[0]
-    middle, up = (grey[-1] + grey[0]) / 2, change > 0
-    last = np.zeros(change.shape, int)
+def _arrived(t_s: np.ndarray, grey: np.ndarray, changed: np.ndarray) -> np.ndarray:
+    """When each pixel that changed was half changed for good, NaN elsewhere."""
+    middle, up = grey[[0, -1]].mean(axis=0), grey[-1] > grey[0]
+    last = np.zeros(changed.shape, int)
     for k, picture in enumerate(grey):
         last[(picture > middle) != up] = k
-    seen = np.abs(change) > threshold_otsu(np.abs(change))
-    return np.where(seen, t_s[np.minimum(last + 1, len(t_s) - 1)], np.nan)
+    return np.where(changed, t_s[np.minimum(last + 1, len(t_s) - 1)], np.nan)
