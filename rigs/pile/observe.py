@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 LEAST_WINDOW = 0.1  # of the crest's height
 BLACK = 12.0  # levels of 255: a frame, or a row of it, that is darker on average
+MOVING = "the film ends before the heap is at rest"
 SMALL_PX = 640  # a film is that wide, at most, where its frames are compared
 BAR_EDGE_PX = 2  # of a letterbox's bars, which compression blurs
 # levels of 255, of more than this share of the surface: seeds on it still move
@@ -62,15 +63,15 @@ def observe_pile(
     flow = None
     if film is not None:
         notes.append("measured on the film's last frame")
-        if _moves(film, found, top_px):
-            found = found.doubted("the film ends before the heap is at rest")
+        ends = MOVING if _moves(film, found, top_px) else ""
+        found = found.doubted(ends)
         quantities = found.quantities
         try:
             flow = filmed_collapse(film.t_s, film.small, found, film.factor, top_px)
         except MeasurementError as why:
             notes.append(f"gate and flow are not measured: {why}")
         else:
-            quantities += flow.collapse.quantities()
+            quantities += tuple(q.doubt(ends) for q in flow.collapse.quantities())
             pictures["collapse"] = draw_collapse(film.last, flow, film.factor)
     observation = Observation(
         recording.id,

@@ -9,7 +9,7 @@ import pytest
 from synthetic.piles import PileScene, draw_pile
 
 from benchtwin.rigs.pile.heap_outline import collapsed
-from benchtwin.rigs.pile.observe import observe_pile
+from benchtwin.rigs.pile.observe import MOVING, observe_pile
 from benchtwin.rigs.pile.read import read_piles
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import like
@@ -97,3 +97,9 @@ def test_the_film_of_a_simulated_collapse_tells_gate_and_flow(tmp_path):
     apart = seen.collapse.flow_s - outlines.flow_s
     assert abs(apart) < 2 * np.hypot(seen.collapse.flow_sd_s, outlines.flow_sd_s)
     assert seen.clocked and (tmp_path / "film" / "frames").is_dir()
+    frames = sorted((tmp_path / "film" / "frames").iterdir())
+    for frame in frames[len(frames) // 4 :]:
+        frame.unlink()
+    (cut,) = find_recordings(tmp_path)
+    times = [q for q in observe_pile(cut).quantities if q.unit == "s"]
+    assert times and all(MOVING in q.reason for q in times)
