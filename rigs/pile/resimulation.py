@@ -37,6 +37,7 @@ from benchtwin.rigs.pile.simulated_heaps import (
     UNKNOWNS,
     HeapSettings,
     Shape,
+    assumed,
     heap_job,
     heap_of,
     shape_of,
@@ -105,7 +106,11 @@ def resimulate(
     strength = between(added.most * draws[:, -1]) if added.law.stepless else ""
     change = counterpart.what.format(value=strength)
     clocks = [clock for rig in rigs if len(clock := rig.clock(draws))]
-    notes = tuple(CLOCK.format(between(clock)) for clock in clocks)
+    notes = [CLOCK.format(between(clock)) for clock in clocks]
+    taken = {what for rig in rigs for what in assumed(rig.recordings[0].description)}
+    notes += [f"not stated, taken by the twin: {', '.join(sorted(taken))}"] * bool(
+        taken
+    )
     most_moved = max(shown, key=lambda s: abs(s[2].angle_deg - s[1].angle_deg))
     figure = _figure(*most_moved[:3])
     again = Resimulation(
@@ -115,7 +120,7 @@ def resimulate(
         HOW,
         tuple(rows),
         held_out,
-        notes=notes,
+        notes=tuple(notes),
         figure=figure,
         repeats=_scatter([g for rig in rigs for g in rig.groups(None)]),
         rival=_rival(finding, rigs, added),

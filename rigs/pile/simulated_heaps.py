@@ -107,6 +107,18 @@ def heap_job(
     return Job("pile", parameters, told, (5, packing), rendered=rendered)
 
 
+def assumed(description: dict) -> list[str]:
+    """What a simulated heap takes in the place of what a recording does not state."""
+    seed, pile = description.get("seed", {}), description.get("pile", {})
+    sizes = " × ".join(f"{size:g}" for size in SOYBEAN_MM)
+    taken = {
+        f"[pile] fill_height_mm {FILL_MM:g}": "fill_height_mm" in pile,
+        f"[seed] length_mm, a soybean's ({sizes})": "length_mm" in seed,
+        f"[seed] density_kg_m3 {DENSITY:g}": "density_kg_m3" in seed,
+    }
+    return [what for what, stated in taken.items() if not stated]
+
+
 def _rig(stated: dict, seed: dict) -> dict:
     """[pile] of the simulation: a cylinder and a channel as they are, a slice of a box
     and of a channel of too many seeds."""

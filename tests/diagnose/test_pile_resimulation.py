@@ -29,6 +29,7 @@ from benchtwin.rigs.pile.simulated_heaps import (
     GATE,
     UNKNOWNS,
     HeapSettings,
+    assumed,
     heap_job,
     shape_of,
 )
@@ -94,6 +95,12 @@ def test_what_is_named_is_changed_and_nothing_else():
     assert on_steel.static_friction == pytest.approx(
         MIDDLE["static_friction"], rel=1e-3
     )
+
+
+def test_what_the_twin_takes_in_the_place_of_a_statement_is_said():
+    assert assumed(TOLD) == []
+    (fill, size, density) = assumed({"pile": {"box_mm": [60.0, 60.0, 120.0]}})
+    assert "fill_height_mm 60" in fill and "8.72" in size and "1250" in density
 
 
 def test_a_gate_of_unstated_speed_is_one_of_the_unknowns():
