@@ -9,7 +9,7 @@ import numpy as np
 
 from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from benchtwin.vision.motion.edge_line import Line
-from benchtwin.vision.motion.scene import MEDIAN_FRAMES, even_in_motion, grey
+from benchtwin.vision.motion.scene import MEDIAN_FRAMES, grey
 from benchtwin.vision.motion.track import Places, Track
 
 ABOVE, BELOW = 110, 14  # px of a picture 640 px wide, of the plate's edge: the strip
@@ -19,7 +19,7 @@ COLUMNS = 400  # of a strip that are used for a row's brightness
 PICTURES, FARTHEST = 40, 5  # over the film; of them, those whose median is taken
 PLATE_PX = 16.0  # of a picture 640 px wide: so near its edge the plate may be seen
 ROWS = 16  # at a time
-STAYS, GONE = 0.25, 0.8  # share of the block that has left its first place
+GONE = 0.8  # share of the block that has left its first place
 
 
 def plate_frames(
@@ -122,7 +122,7 @@ class PlateFrames(FrameSource):
         n = n if first is None else limit_to_memory(n, first.pixels)
         frames = self.picked(n)
         left = _block_departure([frame.pixels for frame in frames])
-        gone = 0 if left is None else int(np.argmax(left[1] > GONE))
+        gone = 0 if left is None else int(np.argmax(left > GONE))
         if gone > 0 and len(frames) - gone < AFTER_SLIDE:
             closer = self.picked(
                 AFTER_SLIDE, (frames[gone - 1].index, frames[-1].index)
@@ -202,29 +202,10 @@ class PlateFrames(FrameSource):
         )
 
 
-def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
-    """Pictures without the block: its first place from strips after it has left; evenly
-    spaced ones where nothing leaves."""
-    left = _block_departure(strips)
-    if left is None:
-        return even_in_motion(strips)
-    place, share = left
-    before, after = np.flatnonzero(share < STAYS), np.flatnonzero(share > GONE)
-    before = before[before < after.min()]
-    if not len(before):
-        return even_in_motion(strips)
-    pictures = []
-    for i in range(MEDIAN_FRAMES):
-        picture = strips[before[i * len(before) // MEDIAN_FRAMES]].copy()
-        picture[:, place] = strips[after[i * len(after) // MEDIAN_FRAMES]][:, place]
-        pictures.append(picture)
-    return pictures
-
-
-def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Columns (bool) in which the block rests at first, and the share of it that has
-    left them in each strip. The block differs from the median of its rows; where that
-    difference vanishes it has left. None where nothing has left by the last strip."""
+def _block_departure(strips: list[np.ndarray]) -> np.ndarray | None:
+    """The share of the block that has left its first place in each strip. The block
+    differs from the median of its rows; where that difference vanishes it has left.
+    None where nothing has left by the last strip."""
     if len(strips) < 4:
         return None
     factor = max(1, strips[0].shape[1] // COLUMNS)
@@ -243,13 +224,7 @@ def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] 
     if gone.max() < 8 * np.median(np.abs(gone)):
         return None
     weight = np.where(gone > 0.3 * gone.max(), gone, 0.0)
-    share = (first - profile) @ weight / (gone @ weight)
-    rows_gone = (gone > 0.1 * gone.max()).astype(np.uint8)[None]
-    place = cv2.dilate(rows_gone, np.ones((1, 7), np.uint8))[0] > 0
-    return (
-        place[np.minimum(np.arange(strips[0].shape[1]) // factor, len(place) - 1)],
-        share,
-    )
+    return (first - profile) @ weight / (gone @ weight)
 
 
 def background_of(

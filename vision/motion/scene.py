@@ -4,7 +4,6 @@ The background is the median of frames sampled evenly in motion, not in time, so
 seed that rests for most of the film does not become background."""
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -104,19 +103,15 @@ def grey(pixels: np.ndarray) -> np.ndarray:
     return cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY).astype(np.float32)
 
 
-def learn_scene(
-    source: FrameSource,
-    still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None,
-) -> Scene:
-    """Estimate background and noise; still(pictures): those whose median is the
-    background, default: evenly spaced in motion."""
+def learn_scene(source: FrameSource) -> Scene:
+    """Estimate background and noise."""
     frames = source.sample(61)
     require(
         len(frames) >= 3,
         f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3",
     )
     first = frames[0]
-    chosen = even_in_motion(frames) if still is None else still(frames)
+    chosen = even_in_motion(frames)
     background = np.atleast_3d(_median(chosen))
     height, width = background.shape[:2]
     factor = max(1, round(width / COARSE_WIDTH))

@@ -11,8 +11,7 @@ from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.edge_line import Line, track_edge
 from benchtwin.vision.motion.own_look import LATE, by_own_look
-from benchtwin.vision.motion.plate_frames import PlateFrames, plate_frames, plate_only
-from benchtwin.vision.motion.scene import learn_scene
+from benchtwin.vision.motion.plate_frames import PlateFrames, plate_frames
 from benchtwin.vision.motion.track import Track, places_of
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
 from benchtwin.vision.recording import Recording
@@ -78,7 +77,6 @@ def _block(
             frames,
             falling=False,
             progress=progress,
-            scene=learn_scene(frames, still=plate_only),
             at=frames.follow(stated.follow_px),
             places=frames.places(places),
             only_places=bool(stated.only_places),

@@ -73,7 +73,6 @@ def track_seed(
     *,
     falling: bool,
     progress: Callable[[float], None] | None = None,
-    scene: Scene | None = None,
     at: tuple[float, float, float] | None = None,
     area_px: tuple[float, float] = (0.0, np.inf),
     places: Places | None = None,
@@ -84,7 +83,7 @@ def track_seed(
     is. area_px: least and greatest silhouette of the stated seed. places [y down]: set
     by hand, instead of what is found in their frames; alone where nothing is
     found, or where only_places."""
-    scene = learn_scene(source) if scene is None else scene
+    scene = learn_scene(source)
     tracklets: list[Tracklet] = []
     active: list[Tracklet] = []
     times: dict[int, float] = {}
