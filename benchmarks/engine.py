@@ -196,9 +196,10 @@ def growth(counts: list[int]) -> list[str]:
         window = (
             48 * end.block_window[-1] + 4 * len(end.pair_i)
         ) / count  # with `View.pair_quiet`
+        held = [v.nbytes for v in vars(end).values() if isinstance(v, np.ndarray)]
         rows.append(
             f"{count:8} spheres {cost:8.1f} ns a sphere-step,"
-            f" {end.bytes / count + window:6.0f} bytes (peak {peak:.0f})"
+            f" {sum(held) / count + window:6.0f} bytes (peak {peak:.0f})"
         )
     slope = np.polyfit(np.log(counts), np.log(np.array(costs) * counts), 1)[0]
     return [*rows, f"cost ∝ count^{slope:.3f}"]

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from benchtwin.sim.engine.bodies import DIAMETER, MASS, SHAPE_MASS, V, W, X
+from benchtwin.sim.engine.bodies import DIAMETER, MASS, SHAPE_MASS, V
 from benchtwin.sim.engine.gathering import (
     S_CONTACTS,
     S_EXTRA,
@@ -15,7 +15,7 @@ from benchtwin.sim.engine.gathering import (
 )
 from benchtwin.sim.engine.kernels import LEDGER_NAMES, T_POWER
 from benchtwin.sim.engine.sleeping import SLEEP_EVERY
-from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.state import State, free_energies
 from benchtwin.sim.engine.time_step import held_j, longest_steps
 from benchtwin.sim.engine.world import Tables, World
 
@@ -38,9 +38,8 @@ class Audit:
         steps = max(LEAST_STEPS, BALL_STEPS // len(state.ball))
         self.interval = steps // SLEEP_EVERY * SLEEP_EVERY
         self.world, self.given_before = world, float(state.ledger[ADHESION])
-        self.gravity = np.asarray(world.gravity, float)
         sizes = tables.shape[state.shape_of]
-        weight = np.linalg.norm(self.gravity) * sizes[:, SHAPE_MASS]
+        weight = np.linalg.norm(world.gravity) * sizes[:, SHAPE_MASS]
         self.at_rest = float(weight @ sizes[:, DIAMETER])
         self.held, self.least, self.moving = held_j(world), math.inf, 0.0
         self.low, self.high = math.inf, -math.inf
@@ -54,7 +53,8 @@ class Audit:
     def gone(self, before: State, after: State) -> None:
         """Seeds have left, and took their energy with them."""
         if after.count < before.count:
-            self.least -= sum(self._free(before)) - sum(self._free(after))
+            was, now = (free_energies(s, self.world.gravity) for s in (before, after))
+            self.least -= sum(was) - sum(now)
 
     def look(self, state: State) -> str:
         """What is wrong, in words; "": nothing."""
@@ -63,7 +63,7 @@ class Audit:
         put_in = float(ledger[WALLS] + ledger[BODY_LAWS])
         put_in -= half * float(sums[S_WALLS] + state.totals[:, T_POWER].sum())
         taken = float(ledger[ADHESION] - half * sums[S_EXTRA]) - self.given_before
-        kinetic, potential = self._free(state)
+        kinetic, potential = free_energies(state, self.world.gravity)
         stored = float(sums[S_NORMAL] + sums[S_TANGENTIAL])
         now = kinetic + potential + stored + taken - put_in
         self.moving = max(self.moving, kinetic + stored)
@@ -74,13 +74,6 @@ class Audit:
         if max(gain, given) <= self.world.most_gain * there:
             return ""
         return self._said(state, max(gain, given), there, given > gain)
-
-    def _free(self, state: State) -> tuple[float, float]:
-        """Kinetic and potential energy [J]."""
-        m = state.motion
-        kinetic = 0.5 * m[:, MASS] @ (m[:, V : V + 3] ** 2).sum(axis=1)
-        kinetic += 0.5 * (m[:, W : W + 3] * state.spin).sum()
-        return float(kinetic), -float(m[:, MASS] @ (m[:, X : X + 3] @ self.gravity))
 
     def _said(self, state: State, gain: float, there: float, by_normal: bool) -> str:
         m, laws = state.motion, self.world.active_laws

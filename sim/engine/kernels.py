@@ -96,8 +96,6 @@ def advance(
                 if forces:
                     add_walls(s.wall_push, s.wall_load, dt, impulse)
                     add_work(s.sums, dt, ledger)
-                    if LEDGER:
-                        add_ledger(s.sums, dt, ledger)
                 if more:
                     place_walls((start + done + forces + 1) * dt, s)
             barrier(counters, threads)
@@ -178,23 +176,16 @@ def add_walls(wall_push, wall_load, dt, impulse):
             impulse[w, k] += total * dt
 
 
-@njit(**INNER)
 def add_work(sums, dt, ledger):
-    """Add the work that normal laws and moving walls did in one step of `dt` [s] to the
-    energy ledger [J]."""
+    """Add the work that laws and moving walls did in one step of `dt` [s] to the energy
+    ledger [J]."""
     for b in range(len(sums)):
         ledger[3] += dt * sums[b, gathering.S_EXTRA]
         ledger[4] += dt * sums[b, gathering.S_WALLS]
-
-
-@njit(**INNER)
-def add_ledger(sums, dt, ledger):
-    """Add the other work that the laws did in one step of `dt` [s] to the energy ledger
-    [J]."""
-    for b in range(len(sums)):
-        ledger[0] += dt * sums[b, gathering.S_DAMPED]
-        ledger[1] += dt * sums[b, gathering.S_SLIPPED]
-        ledger[2] += dt * sums[b, gathering.S_ROLLED]
+        if LEDGER:
+            ledger[0] += dt * sums[b, gathering.S_DAMPED]
+            ledger[1] += dt * sums[b, gathering.S_SLIPPED]
+            ledger[2] += dt * sums[b, gathering.S_ROLLED]
 
 
 def memory_columns(laws: tuple[Chosen, ...]) -> int:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from benchtwin.sim.engine import gathering
-from benchtwin.sim.engine.bodies import DIAMETER, MASS, V, W, X
+from benchtwin.sim.engine.bodies import DIAMETER
 from benchtwin.sim.engine.kernels import LEDGER_NAMES, T_KINETIC
-from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.state import State, free_energies
 from benchtwin.sim.engine.step import tables_of
 from benchtwin.sim.engine.world import World
 
@@ -58,22 +58,9 @@ class Energy:
         return self.mechanical + self.dissipated - self.walls - self.body_laws
 
 
-def kinetic(state: State) -> float:
-    """Kinetic energy, rotation included [J]."""
-    m = state.motion
-    return float(
-        0.5 * m[:, MASS] @ (m[:, V : V + 3] ** 2).sum(axis=1)
-        + 0.5 * (m[:, W : W + 3] * state.spin).sum()
-    )
-
-
 def energy(world: World, state: State) -> Energy:
     """The account of a state's energy; seeds that have left the domain took theirs with
     them."""
-    m = state.motion
-    potential = -float(
-        m[:, MASS] @ (m[:, X : X + 3] @ np.asarray(world.gravity, float))
-    )
     sums = state.sums.sum(axis=0)
     spent = dict(zip(LEDGER_NAMES, (float(v) for v in state.ledger), strict=True))
     normal = float(sums[gathering.S_NORMAL])
@@ -81,7 +68,7 @@ def energy(world: World, state: State) -> Energy:
     spent["friction"] -= tangential
     if any(c.law.kind == "spring" for c in world.laws):
         spent["damping"] -= normal
-    return Energy(kinetic(state), potential, normal, tangential, **spent)
+    return Energy(*free_energies(state, world.gravity), normal, tangential, **spent)
 
 
 def kinetic_per_seed(state: State) -> float:
@@ -109,7 +96,7 @@ class Settled:
         shapes = tables_of(world).shape[state.shapes]
         gravity = float(np.linalg.norm(world.gravity))
         scale = float(np.mean(state.masses * gravity * shapes[:, DIAMETER]))
-        if kinetic(state) / state.count > self.kinetic * scale:
+        if free_energies(state, world.gravity)[0] / state.count > self.kinetic * scale:
             self._then = None
             return False
         if self._then is None or len(self._then) != state.count:

@@ -124,14 +124,15 @@ class State:
         }
         return self.changed(**arrays)
 
-    @property
-    def bytes(self) -> int:
-        """Memory of all arrays [bytes]."""
-        return sum(
-            v.nbytes
-            for f in fields(self)
-            if isinstance(v := getattr(self, f.name), np.ndarray)
-        )
+
+def free_energies(
+    state: State, gravity: tuple[float, float, float]
+) -> tuple[float, float]:
+    """Kinetic energy, rotation included, and potential energy [J]."""
+    m = state.motion
+    kinetic = 0.5 * m[:, MASS] @ (m[:, V : V + 3] ** 2).sum(axis=1)
+    kinetic += 0.5 * (m[:, W : W + 3] * state.spin).sum()
+    return float(kinetic), -float(m[:, MASS] @ (m[:, X : X + 3] @ np.array(gravity)))
 
 
 def save(state: State, path: Path | str) -> None:

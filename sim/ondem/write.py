@@ -14,7 +14,7 @@ from benchtwin.sim.engine.world import World
 from benchtwin.sim.ondem import FORMAT, UNITS, VERSION
 from benchtwin.sim.ondem.interactions import Interactions, interactions
 from benchtwin.sim.seed import Seed
-from benchtwin.sim.seed.surface import union_mesh
+from benchtwin.sim.seed.surface import crosses, union_mesh
 
 if TYPE_CHECKING:
     from h5py import Group
@@ -175,13 +175,15 @@ def _walls(group: "Group", world: World, state: State) -> None:
     told = {k: names.index(wall.material.name) for k, wall in enumerate(world.walls)}
     facets = group.create_group("Facets")
     vertices = np.array([t for _, t in rows]).reshape(-1, 3, 3)
+    corners = np.arange(3 * len(rows)).reshape(-1, 3)
+    normals = crosses(vertices.reshape(-1, 3), corners)
     facets.attrs["count"], facets.attrs["shape_type"] = len(rows), "facet"
     _put(
         facets,
         body_id=np.array([first + k for k, _ in rows], np.int64),
         material_id=np.array([told[k] for k, _ in rows], np.int64),
         vertices=vertices,
-        normal=_normals(vertices),
+        normal=normals / np.linalg.norm(normals, axis=1)[:, None],
         position=vertices.mean(axis=1),
     )
     _words(facets, "label", [world.walls[k].name for k, _ in rows])
@@ -226,12 +228,6 @@ def triangles(wall: Wall, faces: np.ndarray) -> np.ndarray:
     one = np.stack([low[:-1], low[1:], high[1:]], axis=1)
     other = np.stack([low[:-1], high[1:], high[:-1]], axis=1)
     return np.concatenate([one, other])
-
-
-def _normals(vertices: np.ndarray) -> np.ndarray:
-    p, q, r = (vertices[:, k] for k in range(3))
-    across = np.cross(q - p, r - p)
-    return across / np.linalg.norm(across, axis=1)[:, None]
 
 
 def _cells(group: "Group", ends: np.ndarray) -> None:
