@@ -74,9 +74,16 @@ def relist(
         state.motion, state.shape_of, tables.shape, state.ball_start, state.ball
     )
     first_pair, pair_i, pair_j = _pairs(state, bodies, grid)
-    memory, touch = _carried_pairs(old, state, pair_i, pair_j)
+    before = old.ball_id[old.pair_i], old.ball_id[old.pair_j]
+    now = state.ball_id[pair_i], state.ball_id[pair_j]
+    memory, touch = _carried(
+        before, old.pair_touch, old.pair_memory, now, directed=True
+    )
     wall_i, wall_p = _walls(tables, state, bodies, grid)
-    wall_memory, wall_touch = _carried_walls(old, state, wall_i, wall_p)
+    before, now = (old.ball_id[old.wall_i], old.wall_p), (state.ball_id[wall_i], wall_p)
+    wall_memory, wall_touch = _carried(
+        before, old.wall_touch, old.wall_memory, now, directed=False
+    )
     blocks = cut_blocks(state.count)
     window = _window(state, blocks, first_pair, pair_j)
     wall_owner = state.owner[wall_i]
@@ -161,12 +168,6 @@ def _pairs(state: State, bodies: Bodies, grid: Grid):
         room = int(1.1 * count)
 
 
-def _carried_pairs(old: State, state: State, pair_i: np.ndarray, pair_j: np.ndarray):
-    before = old.ball_id[old.pair_i], old.ball_id[old.pair_j]
-    now = state.ball_id[pair_i], state.ball_id[pair_j]
-    return _carried(before, old.pair_touch, old.pair_memory, now, directed=True)
-
-
 def _carried(
     before: tuple[np.ndarray, np.ndarray],
     old_touch: np.ndarray,
@@ -207,12 +208,6 @@ def _walls(tables: Tables, state: State, bodies: Bodies, grid: Grid):
     key = state.owner[i].astype(np.int64) * len(state.twist) + walls.wall[p]
     order = np.argsort((key * len(state.ball) + i) * len(walls.kind) + p)
     return i[order], p[order]
-
-
-def _carried_walls(old: State, state: State, wall_i: np.ndarray, wall_p: np.ndarray):
-    before = old.ball_id[old.wall_i], old.wall_p
-    now = state.ball_id[wall_i], wall_p
-    return _carried(before, old.wall_touch, old.wall_memory, now, directed=False)
 
 
 def _window(
