@@ -63,7 +63,7 @@ HEAD = """# Examples
 
 One idea each, in 20 to 60 lines, with the picture that the script makes. They lie in
 `samples/examples/`, run in the folder that holds `samples/`, and take seconds; the
-first run of a rig compiles the engine, which takes about 20 seconds. A test runs each
+first run of a rig compiles the engine, which takes 10 to 20 seconds. A test runs each
 and checks one number of it against a closed form, a drawn truth or the paper. This
 page is written by `scripts/examples_gallery.py`.
 """

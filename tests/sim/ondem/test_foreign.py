@@ -2,6 +2,7 @@
 files as LIGGGHTS and YADE name their columns; by what was written into them."""
 
 import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -182,8 +183,6 @@ def test_vtk_files(scene, tmp_path, writer, name, clump, radius):
         (lambda c: dump({k: v[:0] for k, v in c.items()}), "no balls are in it"),
         (lambda c: dump(c | {"x": ["?"] * len(c["x"])}), "could not convert"),
         (lambda c: dump(c | {"mol": 0 * c["mol"] + 1}), "connected"),
-        (lambda c: "<?xml version='1.0'?><VTKFile", "without points, or a damaged"),
-        (lambda c: "# vtk DataFile Version 3.0\nx\nASCII\n", "without points, or"),
     ],
 )
 def test_what_is_wrong_is_a_sentence_that_names_the_file(scene, tmp_path, change, said):
@@ -192,6 +191,22 @@ def test_what_is_wrong_is_a_sentence_that_names_the_file(scene, tmp_path, change
     with pytest.raises(ValueError, match=said) as caught:
         read_state(file)
     assert str(caught.value).startswith(str(file))
+
+
+@pytest.mark.parametrize(
+    "text", ["<?xml version='1.0'?><VTKFile", "# vtk DataFile Version 3.0\nx\nASCII\n"]
+)
+@pytest.mark.parametrize("there", [True, False])
+def test_a_damaged_vtk_file_or_no_vtk_is_a_sentence(tmp_path, monkeypatch, text, there):
+    if there:
+        pytest.importorskip("vtk", reason="a peer: pip install 'benchtwin[vtk]'")
+    else:
+        monkeypatch.setitem(sys.modules, "vtk", None)
+    (tmp_path / "heap.vtk").write_text(text)
+    said = "without points, or a damaged" if there else "pip install"
+    with pytest.raises(ValueError, match=said) as caught:
+        read_state(tmp_path / "heap.vtk")
+    assert str(caught.value).startswith(str(tmp_path / "heap.vtk"))
 
 
 BOX = Pile((0.06, 0.02, 0.2), (0.02, 0.2), (0.15, 0.02), 0.025, 0.2, slab=True)
