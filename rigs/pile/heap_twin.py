@@ -45,6 +45,7 @@ WALKERS, STEPS = 48, 1500  # of the sampler
 EVIDENCE_DRAWS = 16  # 2 to that many
 # what another friction between seeds changes
 GATE_AT = [*UNKNOWNS].index(GATE)
+FLOW = 1 + len(WINDOWS)  # of what `shows` gives, how long seeds flowed
 OF_SEEDS = ("seed_static_friction", "seed_rolling_friction")
 
 
@@ -203,13 +204,16 @@ class Rig:
     def clock(self, draws: np.ndarray) -> np.ndarray:
         """(d,) how many times as long as by their own clocks films without a stated
         frame rate took, by these draws; empty without such films."""
-        response, ratios = self.responses[-1], []
+        response, ratios = self.responses[FLOW], []
+        rng = np.random.default_rng(5)
+        of_response = rng.standard_normal(len(draws))  # one error for all films
         for seen in self.recordings if response else ():
             if not seen.clocked and np.isfinite(own := flowed(seen)):
                 expected, variance = response.at(self.place(draws, seen))
-                spread = np.sqrt(variance + response.packing_sd**2)
-                normal = np.random.default_rng(len(ratios)).standard_normal(len(draws))
-                ratios.append(expected + spread * normal - own)
+                film_sd = seen.collapse.flow_sd_s / seen.collapse.flow_s
+                spread = np.hypot(response.packing_sd, film_sd)
+                off = spread * rng.standard_normal(len(draws))
+                ratios.append(expected + np.sqrt(variance) * of_response + off - own)
         return np.exp(np.mean(ratios, axis=0)) if ratios else np.zeros(0)
 
 
@@ -237,7 +241,8 @@ def responding(
         for row in pool.map(lambda job: _kept(job, folder), jobs):
             kept.append(row)
             say(f"pile: heap {len(kept)} of {RUNS} simulated with {added.effect}")
-    shown, slow = np.split(np.array(kept, dtype=float), [-1], axis=1)
+    shown = np.array([row["shows"] for row in kept], dtype=float)
+    slow = np.array([row["slowness"] for row in kept], dtype=float)
     shown[shown[:, 0] > STANDS_DEG] = np.nan
     if (usable := int(np.isfinite(shown[:, 0]).sum())) < LEAST_RUNS:
         said = f"only {usable} of {RUNS} simulated heaps of this rig have a flank"
@@ -246,7 +251,7 @@ def responding(
         quadratic(draws, y) if np.isfinite(y).any() else None for y in shown.T
     )
     stated = GATE in told.get("pile", {})
-    gate = None if stated else _gate(slow[:, 0], draws)
+    gate = None if stated else _gate(slow, draws)
     return Rig(recordings, responses, gate, added.effect)
 
 
@@ -258,16 +263,17 @@ def _gate(slow: np.ndarray, draws: np.ndarray) -> Gate | None:
     return Gate(parabola, (float(slow[seen].min()), float(slow[seen].max())))
 
 
-def _kept(job: Job, folder: Path) -> list[float | None]:
-    """What one heap shows, and its slowness; None where it has no flank or a guard
+def _kept(job: Job, folder: Path) -> dict:
+    """What one heap "shows", and its "slowness"; None where it has no flank or a guard
     stopped it."""
     if not (file := folder / f"{job.key}.json").is_file():
         try:
             heap = heap_of(job)
-            shown = [*shows(heap), slowness(heap)]
+            shown, slow = [*shows(heap)], slowness(heap)
         except (ValueError, Stopped):
-            shown = [np.nan] * (3 + len(WINDOWS))
-        known = [value if np.isfinite(value) else None for value in shown]
+            shown, slow = [np.nan] * (FLOW + 1), np.nan
+        *first, last = (v if np.isfinite(v) else None for v in (*shown, slow))
+        known = {"shows": first, "slowness": last}
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(file, json.dumps(known))
     return json.loads(file.read_text(encoding="utf8"))

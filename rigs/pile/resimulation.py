@@ -51,7 +51,10 @@ FRICTION = "seed-friction"
 PACKINGS, TRIES = 2, 5  # of a heap; where some are stopped
 HEAP = "heap"  # folder of its recording
 MOST_RIGS = 2
-CLOCK = "how long the collapses took, over what films without a stated frame rate say:"
+CLOCK = (
+    "simulated collapses take {} times as long as films say whose frame rate is not"
+    " stated"
+)
 HOW = (
     "friction and rolling friction between seeds, friction on the plate and, if no"
     " film shows it, the gate's speed let old and new twin fit as well as each can;"
