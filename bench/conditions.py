@@ -6,6 +6,8 @@ import re
 import reprlib
 from collections.abc import Iterator
 
+from benchtwin.bench.language import tr
+
 MOST_CONDITIONS = 20
 LONGEST_NAME, LONGEST_WORD = 40, 100  # characters
 LARGEST = 1e10  # of any number
@@ -86,8 +88,11 @@ def condition_errors(conditions: dict) -> Iterator[str]:
     instead."""
     if len(conditions) > MOST_CONDITIONS:
         yield (
-            f"[conditions]: {len(conditions)} of them; a recording states"
-            f" {MOST_CONDITIONS} at most"
+            tr(
+                "[conditions]: {} of them; a recording states {} at most",
+                len(conditions),
+                MOST_CONDITIONS,
+            )
         )
     for key, value in conditions.items():
         if message := _name_error(key) or _value_error(key, value):
@@ -96,57 +101,74 @@ def condition_errors(conditions: dict) -> Iterator[str]:
 
 def _name_error(key: str) -> str:
     if len(key) > LONGEST_NAME:
-        return (
-            f"{reprlib.repr(key)}: a name of {len(key)} characters; it should have"
-            f" {LONGEST_NAME} at most"
+        return tr(
+            "{}: a name of {} characters; it should have {} at most",
+            reprlib.repr(key),
+            len(key),
+            LONGEST_NAME,
         )
     if not NAME.fullmatch(key):
         better = re.sub(r"[^A-Za-z0-9]+", "_", key).strip("_")
-        hint = f", such as {better}" if better else ""
-        return f"{key!r}: a name is made of letters, digits and underscores{hint}"
-    return f"{key}: {RESERVED[key]}" if key in RESERVED else ""
+        hint = tr(", such as {}", better) if better else ""
+        return tr(
+            "{!r}: a name is made of letters, digits and underscores{}", key, hint
+        )
+    return f"{key}: {tr(RESERVED[key])}" if key in RESERVED else ""
 
 
 def _value_error(key: str, value: object) -> str:
     place = f"{key} = {reprlib.repr(value)}"
     match value:
         case bool():
-            return (
-                f"{key} = {str(value).lower()}: yes or no is written as a word: {key} ="
-                f' "{"yes" if value else "no"}"'
+            return tr(
+                '{} = {}: yes or no is written as a word: {} = "{}"',
+                key,
+                str(value).lower(),
+                key,
+                tr("yes") if value else tr("no"),
             )
         case int() | float():
             if not -LARGEST <= value <= LARGEST:  # NaN neither
-                return (
-                    f"{place}: should be a finite number below {LARGEST:g}; leave the"
-                    " key out where it is unknown"
+                return tr(
+                    "{}: should be a finite number below {:g}; leave the"
+                    " key out where it is unknown",
+                    place,
+                    LARGEST,
                 )
             return ""
         case str():
             return _word_error(key, value)
         case datetime.date() | datetime.time():
-            return f'{place}: a date or time is written as a word: {key} = "{value}"'
+            return tr(
+                '{}: a date or time is written as a word: {} = "{}"', place, key, value
+            )
         case list():
-            return (
-                f"{key} is a list; a condition is one number or one word, in the"
-                " recording.toml of each recording"
+            return tr(
+                "{} is a list; a condition is one number or one word, in"
+                " the recording.toml of each recording",
+                key,
             )
         case dict():
-            return (
-                f"{key} is a section of its own; a condition is one number or one word:"
-                f" {key} = 1.5"
+            return tr(
+                "{} is a section of its own; a condition is one number or"
+                " one word: {} = 1.5",
+                key,
+                key,
             )
-    return f"{place}: should be a number or a word"
+    return tr("{}: should be a number or a word", place)
 
 
 def _word_error(key: str, word: str) -> str:
     bare = word.strip()
     if bare.lower() in UNKNOWN:
-        return f"{key} = {word!r}: leave the key out where it is unknown"
+        return tr("{} = {!r}: leave the key out where it is unknown", key, word)
     if len(word) > LONGEST_WORD:
-        return (
-            f"{key} = {reprlib.repr(word)}: {len(word)} characters; a word for a"
-            f" condition has {LONGEST_WORD} at most"
+        return tr(
+            "{} = {}: {} characters; a word for a condition has {} at most",
+            key,
+            reprlib.repr(word),
+            len(word),
+            LONGEST_WORD,
         )
     number = _number_in(bare)
     if number is None:
@@ -154,12 +176,17 @@ def _word_error(key: str, word: str) -> str:
     value, unit = number
     name = key if not unit or key.lower().endswith(f"_{unit}") else f"{key}_{unit}"
     if value.isdigit() and not unit:
-        label = f'; a name such as plate {value} is a word: "no {value}"'
+        label = tr('; a name such as plate {} is a word: "no {}"', value, value)
     else:
         label = ""
-    return (
-        f"{key} = {word!r}: a number stands without quotes, with a point, its unit in"
-        f" the name: {name} = {value}{label}"
+    return tr(
+        "{} = {!r}: a number stands without quotes, with a point, its unit"
+        " in the name: {} = {}{}",
+        key,
+        word,
+        name,
+        value,
+        label,
     )
 
 

@@ -11,6 +11,7 @@ from benchtwin.bench.priors import stated_sd, unstated_sd, usable_sd
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.section import (
     FROM_LIST,
+    SIMULATED,
     Angle,
     Finite,
     Frame,
@@ -116,17 +117,19 @@ class Camera(Section):
     readout_s: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)] | None = None
     """Rolling shutter: from the first row's reading to the last's; 0 for a global
     shutter. Absent: unknown, 0 to a frame."""
-    width_px: Pixels | None = None
+    width_px: Annotated[Pixels | None, SIMULATED] = None
     """Width of the picture; only a simulated camera needs it."""
-    height_px: Pixels | None = None
+    height_px: Annotated[Pixels | None, SIMULATED] = None
     """Height of the picture; only a simulated camera needs it."""
-    target_mm: Vector | None = None
+    target_mm: Annotated[Vector | None, SIMULATED] = None
     """The point of the rig at the picture's centre; only a simulated camera needs
     it."""
     distance_mm: Length | None = None
     """Camera to the plane of the motion. Absent: a diagnosis allows for 0.3 to 20 m,
     and sees less."""
-    distortion: Annotated[float, Field(ge=-0.1, le=0.1)] | None = None
+    distortion: Annotated[
+        Annotated[float, Field(ge=-0.1, le=0.1)] | None, SIMULATED
+    ] = None
     """Radial distortion at the picture's corner, as a share; only a simulated camera
     needs it."""
 

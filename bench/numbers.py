@@ -3,6 +3,8 @@ and as a table stores them."""
 
 import math
 
+from benchtwin.bench.language import tr
+
 MOST_DIGITS = 12  # significant ones, of any number
 LEAST_STORED = 6  # significant digits of a number in a table
 STORED_SHARE = 1e-4  # of the sd, to which a table rounds
@@ -93,9 +95,10 @@ def exact_by_mistake(value: float, sd: float) -> str:
     """Why an sd cannot be true, "" where it can: no reading is so exact."""
     if not (math.isfinite(value) and 0 < sd < EXACT_SHARE * abs(value)):
         return ""
-    return (
-        f"a standard deviation of {sd:.2g} is smaller than any reading's: the numbers"
-        " follow a formula exactly, or one of them was used twice"
+    return tr(
+        "a standard deviation of {:.2g} is smaller than any reading's: the"
+        " numbers follow a formula exactly, or one of them was used twice",
+        sd,
     )
 
 

@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
+from benchtwin.bench.language import tr
+
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
 SIZE_LIMITS_MM = 0.05, 2000.0  # a grain of sand: 0.5, a basketball: 240
 PLAUSIBLE_MM = 0.2, 60.0  # of a seed: poppy to coconut
@@ -20,6 +22,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Pixels = Annotated[int, Field(ge=8, le=16384)]
+SIMULATED = Field(json_schema_extra={"simulated": True})  # measuring needs no such key
 FROM_LIST = Field(strict=False)  # TOML has lists only: one is taken for a tuple
 SizeRange = Annotated[tuple[SeedSize, SeedSize], FROM_LIST]
 TwoLengths = Annotated[tuple[Length, Length], FROM_LIST]
@@ -38,8 +41,11 @@ def _of_its_own_lot(plate: object) -> object:
         return plate
     raise PydanticCustomError(
         "plate",
-        'must be "seeds", glued down and of the lot that falls or slides on them: seeds'
-        " of another kind do not tell seed on seed; a smooth plate has no such key",
+        tr(
+            'must be "seeds", glued down and of the lot that falls or slides on'
+            " them: seeds of another kind do not tell seed on seed; a smooth plate has"
+            " no such key"
+        ),
     )
 
 
@@ -70,7 +76,12 @@ class Section(BaseModel):
                 continue
             how = "well" if stated < used else "badly"
             out.append(
-                f"{key} = {stated:g}: nobody knows it as {how} as that; {used:.2g} is"
-                " used"
+                tr(
+                    "{} = {:g}: nobody knows it as {} as that; {:.2g} is used",
+                    key,
+                    stated,
+                    how,
+                    used,
+                )
             )
         return out

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from benchtwin.bench.language import tr
+
 FILE = Path(__file__).with_suffix(".toml")
 SIZES, DENSITY = ("length_mm", "width_mm", "thickness_mm"), "density_kg_m3"
 
@@ -54,8 +56,11 @@ def known(kind: str) -> str:
     table."""
     if kind not in kinds():
         raise ValueError(
-            f"kind = {kind!r}: must be one of {', '.join(kinds())} (benchtwin seeds"
-            " shows them)"
+            tr(
+                "kind = {!r}: must be one of {} (benchtwin seeds shows them)",
+                kind,
+                ", ".join(kinds()),
+            )
         )
     return kind
 
@@ -85,8 +90,13 @@ def with_published_values(section: dict) -> tuple[dict, list[str]]:
         for name in wanted
     }
     notes = [
-        f"[seed] {name} = {value:g}: not stated, taken as published for {kind},"
-        f" {first[name]}"
+        tr(
+            "[seed] {} = {:g}: not stated, taken as published for {}, {}",
+            name,
+            value,
+            kind,
+            first[name],
+        )
         for name, value in found.items()
     ]
     return {**section, **found}, notes
@@ -96,5 +106,7 @@ def published_contact_parameters(kind: str) -> list[str]:
     """A line for each published contact parameter of the kind, to compare a calibration
     with."""
     return [
-        f"published for {kind}: {entry}" for entry in kinds()[known(kind)] if entry.on
+        tr("published for {}: {}", kind, entry)
+        for entry in kinds()[known(kind)]
+        if entry.on
     ]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.rig import Rig
 from benchtwin.bench.section import COVERAGE_LIMITS
@@ -49,9 +50,11 @@ def told_on_seeds(
     ) -> tuple[dict, tuple[str, ...]]:
         """The section of the simulations: as the bench states it. A bench reads single
         ones, so that it is never quite the same."""
-        note = (
-            f"each simulated plate of seeds is read by the mean of its {many}, so that"
-            f" its scatter is not that of single {many} at the bench"
+        note = tr(
+            "each simulated plate of seeds is read by the mean of its {},"
+            " so that its scatter is not that of single {} at the bench",
+            many,
+            many,
         )
         return {**stated, many: per_run}, (note,)
 

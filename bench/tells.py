@@ -4,6 +4,7 @@ act on each other. A rig's record names its own as `tells`."""
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rig import Rig
 from benchtwin.bench.rigs import RIGS
 
@@ -152,7 +153,9 @@ class BySurface(Reading):
         """How such a test is made, "" where every bench has it."""
         if not self.page:
             return ""
-        return f"docs/{self.page} says how they are made, {self.sample} holds some"
+        return tr(
+            "docs/{} says how they are made, {} holds some", self.page, self.sample
+        )
 
     @property
     def keys(self) -> dict:

@@ -2,7 +2,7 @@
 add."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import pandas as pd
@@ -93,26 +93,23 @@ def audit(bench: Bench) -> Audit:
     found = bench if isinstance(bench, Measurements) else measure(bench)
     recordings = [e for e in found.observed.entries if isinstance(e, Recording)]
     rigs = dict.fromkeys(recording.rig or "" for recording in recordings)
+    said = {
+        o.recording: (*(q.reason for q in o.quantities), *o.notes)
+        for o in found.observations
+    }
     rows = []
     for rig in rigs:
         mine = [r for r in recordings if (r.rig or "") == rig]
-        rows += _keys(rig, mine, _said(found, rig))
+        rows += _keys(rig, mine, said)
     keys = pd.DataFrame(rows, columns=KEYS)
     return Audit(keys, pd.DataFrame(found.notes, columns=["recording", "note"]))
 
 
-def _said(found: Measurements, rig: str) -> list[str]:
-    """Reasons and notes of a rig's recordings, once each."""
-    seen = [o for o in found.observations if o.rig == rig]
-    return list(
-        dict.fromkeys(
-            line for o in seen for line in (*(q.reason for q in o.quantities), *o.notes)
-        )
-    )
-
-
-def _keys(rig: str, recordings: list[Recording], said: list[str]) -> list[Row]:
-    """A row a key of this rig that a measurement may use."""
+def _keys(
+    rig: str, recordings: list[Recording], said: Mapping[str, Iterable[str]]
+) -> list[Row]:
+    """A row a key of this rig that a measurement may use; said: reasons and notes of
+    each recording."""
     rows = []
     for section in form(rig or None, {}, {}):
         for key in section.fields:
@@ -121,7 +118,12 @@ def _keys(rig: str, recordings: list[Recording], said: list[str]) -> list[Row]:
             values = [_stated(r, key) for r in recordings]
             there = [value for value in values if value is not None]
             meaning, _, absent = key.help.partition(ABSENT)
-            asked = [s for s in said if (key.section, key.key) in needed([s])]
+            asked = dict.fromkeys(
+                line
+                for r in recordings
+                for line in said.get(r.id, ())
+                if (key.section, key.key) in needed([line], r)
+            )
             rows.append(
                 (
                     rig,

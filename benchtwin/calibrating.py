@@ -15,6 +15,7 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.bench.exits import DONE, FAILED
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import beside_interval, with_interval
 from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
@@ -80,7 +81,7 @@ class CalibrationSummary:
     def _repr_html_(self) -> str:
         lost = [f"{rig}: {why}" for rig, why in self.not_calibrated.items()]
         cells = as_read(self.parameters)
-        return shown.html("Contact parameters", cells, [*lost, *self.findings])
+        return shown.html(tr("Contact parameters"), cells, [*lost, *self.findings])
 
     def tell(self, *, quiet: bool) -> int:
         """Print this as the command does, and return its exit code."""
@@ -122,9 +123,9 @@ def report(found: Calibration, out: Path) -> bool:
     simulation."""
     out.mkdir(parents=True, exist_ok=True)
     if found.finished:
-        kept = f"the numbers are in {out / 'result.json'}"
+        kept = tr("the numbers are in {}", out / "result.json")
     else:
-        kept = "the calibration goes on"
+        kept = tr("the calibration goes on")
     return reported(lambda: write_page(out, render(found)), kept, "calibrate")
 
 
@@ -151,19 +152,26 @@ def _show(c: Calibration, out: Path, reported: bool) -> None:
     console = Terminal()
     shown.in_terminal(as_read(parameters(c)), console)
     # columns and keys as the files have them
-    refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
+    refused = [tr("not calibrated: {}: {}", rig, why) for rig, why in c.refused.items()]
     shape = verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     lines = [
         *(line for line in c.findings if line not in c.refused.values()),
         *(*c.flags, *c.options.get("said", []), *shape),
     ]
     lines += [
-        f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}"
+        tr(
+            "printed {} = {} does not follow; recomputed {:.4g}",
+            r.item,
+            r.printed,
+            r.recomputed,
+        )
         for r in c.not_following.itertuples()
     ]
     if c.joint is not None:
         lines += [*ties_in_words(c.joint.ties), *advice(c)]
-    left = f"report: {out / PAGE}" if reported else f"tables: {out / 'tables'}"
+    left = (
+        tr("report: {}", out / PAGE) if reported else tr("tables: {}", out / "tables")
+    )
     print_lines(console, *refused, *map(words, lines), left)
 
 
@@ -189,6 +197,6 @@ def folder_of(calibrated: str | Path | CalibrationSummary) -> Path:
         return Path(calibrated)
     if calibrated.folder is None:
         raise ValueError(
-            "this calibration wrote no files; give calibrate a folder as out"
+            tr("this calibration wrote no files; give calibrate a folder as out")
         )
     return calibrated.folder

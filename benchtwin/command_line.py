@@ -18,6 +18,7 @@ import typer
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
 from benchtwin.bench.exits import DONE, FAILED, MISUSED, Misuse, say
+from benchtwin.bench.language import speak
 from benchtwin.bench.outlets import plain
 from benchtwin.bench.terminal import gated
 from benchtwin.bench.whole_file import own_folder
@@ -38,6 +39,29 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 COMMANDS: dict[str, Callable[..., None]] = {}  # in the order of the help
+
+
+def _spoken(language: str | None) -> None:
+    if language is not None:
+        try:
+            speak(language)
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from error
+
+
+LANGUAGE = inspect.Parameter(
+    "language",
+    inspect.Parameter.KEYWORD_ONLY,
+    default=None,
+    annotation=Annotated[
+        str | None,
+        said(
+            "Of reports, page and messages: en, or zh (中文).",
+            callback=_spoken,
+            is_eager=True,
+        ),
+    ],
+)
 
 
 def exit_code(
@@ -88,7 +112,7 @@ def _add(
     signature = inspect.signature(function)
 
     @wraps(function)
-    def command(**options: Any) -> None:
+    def command(language: str | None = None, **options: Any) -> None:
         def work() -> int:
             found = function(**options)
             if found is None or isinstance(found, int):
@@ -103,16 +127,17 @@ def _add(
             )
         )
 
-    command.__signature__ = signature.replace(  # type: ignore[attr-defined]
-        parameters=[
+    parameters = [
+        *(
             p.replace(default=defaults.get(p.name, p.default))
             for p in signature.parameters.values()
-        ],
-        return_annotation=None,
+        ),
+        LANGUAGE,
+    ]
+    command.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=parameters, return_annotation=None
     )
-    command.__annotations__ = {
-        p.name: p.annotation for p in signature.parameters.values()
-    }
+    command.__annotations__ = {p.name: p.annotation for p in parameters}
     COMMANDS[name] = app.command(name)(command)
 
 

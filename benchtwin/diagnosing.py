@@ -13,6 +13,7 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.bench.exits import DONE, FAILED, Misuse, say
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
@@ -86,14 +87,14 @@ class DiagnosisSummary:
             matters=["yes" if m else "no" for m in table["matters"]],
         )
         return shown.html(
-            "What the recordings show beyond the model", cells, self.in_words
+            tr("What the recordings show beyond the model"), cells, self.in_words
         )
 
     def tell(self, *, quiet: bool) -> int:
         """Print this as the command does, and return its exit code."""
         out, found = self.folder or Path(), not self.verdicts.empty
         if not found:
-            nothing = f"nothing could be diagnosed in {self.details.folder}"
+            nothing = tr("nothing could be diagnosed in {}", self.details.folder)
             for line in (*self.in_words, nothing):
                 say("diagnose", line, FAILED)
         elif not quiet:
@@ -132,7 +133,9 @@ def written(found: Diagnosis, out: Path) -> DiagnosisSummary:
         (out / name).unlink(missing_ok=True)
     write_whole(file, json.dumps(found.to_json(), indent=1, allow_nan=False))
     drawn = reported(
-        lambda: write_page(out, render(found)), f"the verdict is in {file}", "diagnose"
+        lambda: write_page(out, render(found)),
+        tr("the verdict is in {}", file),
+        "diagnose",
     )
     return summary(found, out, reported=drawn)
 

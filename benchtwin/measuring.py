@@ -11,6 +11,7 @@ from plotly.graph_objects import Figure
 from benchtwin import shown
 from benchtwin.bench.conditions import MEASURED
 from benchtwin.bench.exits import DONE, FAILED, say
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.measure.observed import Observed
 from benchtwin.report import draw
@@ -122,8 +123,8 @@ class Measurements:
             means = summarise(self.observations)
             show_results(table, means, self.notes, self.unread, out)
         elif not found:
-            why = f"the reasons are in {out / 'measurements.csv'}"
-            say("measure", f"nothing could be measured; {why}", FAILED)
+            why = tr("the reasons are in {}", out / "measurements.csv")
+            say("measure", tr("nothing could be measured; {}", why), FAILED)
         return DONE if found else FAILED
 
 
@@ -140,8 +141,11 @@ def fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
     low, high = (share / 100 for share in window_pct)
     if not 0 <= low < high <= 1 or high - low < LEAST_WINDOW:
         raise MeasurementError(
-            f"window_pct = {window_pct}: two heights in %, at least 10 apart, such as"
-            " (20, 80)"
+            tr(
+                "window_pct = {}: two heights in %, at least 10 apart, such as"
+                " (20, 80)",
+                window_pct,
+            )
         )
     return low, high
 

@@ -12,6 +12,7 @@ from plotly.graph_objects import Figure
 from plotly.subplots import make_subplots
 from rich.table import Table
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.report.draw import BLUE, ORANGE, RED
@@ -33,7 +34,7 @@ def html(title: str, table: pd.DataFrame, notes: Iterable[str] = ()) -> str:
     rows = table.head(MOST_ROWS).to_html(index=False, border=0, na_rep="–")
     lines = list(notes)
     if len(table) > MOST_ROWS:
-        lines = [f"and {len(table) - MOST_ROWS} rows more", *lines]
+        lines = [tr("and {} rows more", len(table) - MOST_ROWS), *lines]
     under = "".join(f"<p>{escape(line)}</p>" for line in lines)
     return f"<p><b>{escape(title)}</b></p>{rows}{under}"
 
@@ -42,7 +43,7 @@ def in_terminal(table: pd.DataFrame, console: Terminal) -> None:
     """Print a table of texts."""
     shown = Table(box=None, pad_edge=False)
     for heading in table.columns:
-        shown.add_column(str(heading))
+        shown.add_column(tr(str(heading)))
     for row in table.astype(str).to_numpy():
         shown.add_row(*row)
     console.print(shown)

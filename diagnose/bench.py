@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.lines import one_a_reason
 from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.stated import with_stated
@@ -83,7 +84,7 @@ def diagnose_bench(
             refused[rig] = found
     took = time.monotonic() - begun
     notes = tuple(
-        f"{n}: one recording only: nothing could be held out"
+        tr("{}: one recording only: nothing could be held out", n)
         for n, f in findings.items()
         if len(f.recordings) == 1
     )
@@ -127,8 +128,8 @@ def _diagnosed(
     why)."""
     record = RIGS[rig]
     if not record.diagnose:
-        return f"a {rig} cannot be diagnosed yet", [], []
-    say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
+        return tr("a {} cannot be diagnosed yet", rig), [], []
+    say(tr("{}: reading {} recording{}", rig, len(entries), "s" * (len(entries) != 1)))
     try:
         seen = record.part("read")(observed)
         # every rig's reader reports unreadable files
@@ -140,8 +141,15 @@ def _diagnosed(
         ]
         usable = [s for s in seen if not s.trouble]
         if not usable:
-            return "none of its recordings can be used", [], wrong
-        say(f"{rig}: diagnosing {len(usable)} recording{'s' * (len(usable) != 1)}")
+            return tr("none of its recordings can be used"), [], wrong
+        say(
+            tr(
+                "{}: diagnosing {} recording{}",
+                rig,
+                len(usable),
+                "s" * (len(usable) != 1),
+            )
+        )
         with np.errstate(
             all="ignore"
         ):  # a fit may try a step that overflows, and takes it back
@@ -150,7 +158,7 @@ def _diagnosed(
         return str(error), [], []
     except Exception as error:  # an error in one rig must not stop the others
         return (
-            f"a fault of benchtwin, please report it: {fault_in_words(error)}",
+            tr("a fault of benchtwin, please report it: {}", fault_in_words(error)),
             [],
             [],
         )

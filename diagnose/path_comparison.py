@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.rerun import Comparison, Resimulation, differences
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown
@@ -37,20 +38,28 @@ def compared(
     rows, ways = [], []
     for k, twin in enumerate(twins):
         say(
-            f"{again.rig}: running the twin of {twin.name} again ({k + 1} of"
-            f" {len(twins)})"
+            tr(
+                "{}: running the twin of {} again ({} of {})",
+                again.rig,
+                twin.name,
+                k + 1,
+                len(twins),
+            )
         )
         ran = [run_path(*made, k) for made in (twin.old, twin.new)]
         before, after = (rms_distance_mm(twin, path) for path in ran)
         rows.append(
-            Comparison(twin.name, "way along the path", "mm", before, after, "track")
+            Comparison(
+                twin.name, tr("way along the path"), "mm", before, after, "track"
+            )
         )
         ways.append(ran)
     best = max(range(len(twins)), key=lambda k: rows[k].before - rows[k].after)
-    caption = (
-        f"{twins[best].name} at the same moments: as recorded (drawn from its track),"
-        f" the old twin, the new twin with {' and '.join(again.effects)}, and what"
-        " differs, brightened"
+    caption = tr(
+        "{} at the same moments: as recorded (drawn from its track), the"
+        " old twin, the new twin with {}, and what differs, brightened",
+        twins[best].name,
+        tr(" and ").join(again.effects),
     )
     again = replace(
         again, compared=tuple(rows), figure=_figure(twins[best], *ways[best])
@@ -64,7 +73,7 @@ def compared(
             again = replace(again, compared=(*again.compared, more))
     except (RuntimeError, ValueError) as error:
         again = replace(
-            again, notes=(*again.notes, f"no pictures of the twin: {error}")
+            again, notes=(*again.notes, tr("no pictures of the twin: {}", error))
         )
     return again
 
@@ -107,7 +116,7 @@ def _followed(twin: TwinPair, number: int, rig: str, folder: Path, say) -> Compa
             twin, filmed(*made, number, out, lambda text: say(f"{rig}: {text}"))
         )
     return Comparison(
-        twin.name, "way along the path", "mm", off["old"], off["new"], "pictures"
+        twin.name, tr("way along the path"), "mm", off["old"], off["new"], "pictures"
     )
 
 
@@ -119,8 +128,8 @@ def _figure(twin: TwinPair, old: Path1D, new: Path1D) -> dict:
         if np.isfinite(own := path.reached(twin.from_mm)):
             points[name] = (time, path.at(own + time))
     return {
-        "x": f"time since {twin.from_mm:.3g} mm (s), {twin.name}",
-        "y": "way along the path (mm)",
+        "x": tr("time since {:.3g} mm (s), {}", twin.from_mm, twin.name),
+        "y": tr("way along the path (mm)"),
         "points": points,
     }
 
@@ -143,5 +152,11 @@ def _picture(twin: TwinPair, old: Ran, new: Ran) -> bytes:
         shown(made[0], path.motion, which)
         for made, path, which in zip((twin.old, twin.new), (old, new), frames)
     ]
-    labels = ["recording", "old twin", "new twin", "recording - old", "recording - new"]
+    labels = [
+        "recording",
+        "old twin",
+        "new twin",
+        "recording - old",
+        "recording - new",
+    ]
     return above([*drawn, *differences(drawn, 60)], labels)

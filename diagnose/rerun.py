@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.words import (
     effect_named,
@@ -74,24 +75,39 @@ class Resimulation:
         if not self.compared:
             return "; ".join(self.notes)
         before, after, unit, quantity = self.total()
-        held = "; each recording with what the others gave" if self.held_out else ""
+        held = tr("; each recording with what the others gave") if self.held_out else ""
         unit = {"1": "", "°": "°"}.get(unit, f" {unit}")
-        what = (
-            f"the twin is off by {after:.2g}{unit} where it was off by"
-            f" {before:.2g}{unit}"
+        what = tr(
+            "the twin is off by {:.2g}{} where it was off by {:.2g}{}",
+            after,
+            unit,
+            before,
+            unit,
         )
         if self.repeats is not None:
-            what += (
-                f", and repeats are off each other's mean by {self.repeats:.2g}{unit}"
+            what += tr(
+                ", and repeats are off each other's mean by {:.2g}{}",
+                self.repeats,
+                unit,
             )
         confirmed = (
             ""
             if after < CONFIRMED_RATIO * before
-            else ": an improvement of less than 5 %, which does not confirm the verdict"
+            else tr(
+                ": an improvement of less than 5 %, which does not confirm the verdict"
+            )
         )
         of_law = set(self.effects) <= set(LAW_NAMES)
-        how = "with this law" if of_law else f"so that {self.change}"
-        found = f"run again {how}, {what} ({quantity}{held}){confirmed}{self._rival()}"
+        how = tr("with this law") if of_law else tr("so that {}", self.change)
+        found = tr(
+            "run again {}, {} ({}{}){}{}",
+            how,
+            what,
+            quantity,
+            held,
+            confirmed,
+            self._rival(),
+        )
         return "; ".join((found, *self.notes))
 
     def _rival(self) -> str:
@@ -99,10 +115,14 @@ class Resimulation:
             return ""
         other, odds = self.rival
         if odds >= TELLING:
-            return f"; simulations make it {odds:.2g} times as likely as that {other}"
+            return tr(
+                "; simulations make it {:.2g} times as likely as that {}", odds, other
+            )
         if odds <= 1 / TELLING:
-            return f"; simulations make it {1 / odds:.2g} times likelier that {other}"
-        return f"; whether {other} instead, simulations do not tell"
+            return tr(
+                "; simulations make it {:.2g} times likelier that {}", 1 / odds, other
+            )
+        return tr("; whether {} instead, simulations do not tell", other)
 
     def to_json(self) -> dict:
         """The entry "twin" of diagnosis.json."""
@@ -202,14 +222,14 @@ def change_in_words(finding: Finding) -> str:
     said = []
     for name in finding.modelled:
         if found := followed_condition(name):
-            said.append(f"{found[0]} of each recording follows its {found[1]}")
+            said.append(tr("{} of each recording follows its {}", found[0], found[1]))
             continue
         told, effect = finding.effects.get(name), effect_of(finding, name)
         assert (
             effect is not None and effect.counterpart is not None
         )  # see reason_not_simulated
         value = f"{told.size.value if told else math.nan:.3g}".replace("-", "−")
-        said.append(effect.counterpart.what.format(value=value))
+        said.append(tr(effect.counterpart.what).format(value=value))
     return "; ".join(said)
 
 
@@ -221,7 +241,9 @@ def resimulate_all(found, folder: Path, *, pictures: bool, say: Callable[[str], 
         named = finding.names if finding.verdict == "name" else ()
         effects = tuple(dict.fromkeys((*finding.modelled, *named)))
         if effects := effects or tuple(finding.laws):
-            say(f"{rig}: running the twin again with {' and '.join(effects)}")
+            say(
+                tr("{}: running the twin again with {}", rig, tr(" and ").join(effects))
+            )
             twins[rig] = _resimulated(
                 rig, effects, finding, found, folder, pictures, say
             )
@@ -238,7 +260,7 @@ def _resimulated(
     say,
 ) -> Resimulation:
     why = [
-        f"was not run again: {e}: {r}"
+        tr("was not run again: {}: {}", e, r)
         for e in effects
         if (r := reason_not_simulated(rig, e, finding.laws))
     ]
@@ -248,7 +270,7 @@ def _resimulated(
             used = found.recordings[rig]
             again = resimulate(finding, used, folder, pictures, say)
             beyond = tuple(
-                f"without the law's second term: {e.not_simulated}"
+                tr("without the law's second term: {}", e.not_simulated)
                 for n, e in finding.laws.items()
                 if n not in effects
             )
@@ -257,16 +279,19 @@ def _resimulated(
             ValueError,
             RuntimeError,
         ) as error:  # rig, engine's watches, or no renderer
-            why = [f"could not be run again: {error}"]
+            why = [tr("could not be run again: {}", error)]
         except OSError:
             raise
         except Exception as error:  # an error here must not lose the verdict
             why = [
-                f"could not be run again, a fault of benchtwin: {fault_in_words(error)}"
+                tr(
+                    "could not be run again, a fault of benchtwin: {}",
+                    fault_in_words(error),
+                )
             ]
-    notes = tuple(f"the twin {line}" for line in why)
+    notes = tuple(tr("the twin {}", line) for line in why)
     return Resimulation(
-        rig, effects, "the twin was not run again", "", (), False, notes=notes
+        rig, effects, tr("the twin was not run again"), "", (), False, notes=notes
     )
 
 
@@ -278,7 +303,9 @@ def reason_not_simulated(
     if effect is None and (found := followed_condition(name)):
         if RIGS[rig].own_parameters:
             return ""
-        return f"the twin's {RIGS[rig].in_plural} have one {found[0]} for all"
+        return tr("the twin's {} have one {} for all", RIGS[rig].in_plural, found[0])
     if effect is None or effect.counterpart is None:
-        return (effect and effect.not_simulated) or "nothing in the twin stands for it"
+        return (effect and effect.not_simulated) or tr(
+            "nothing in the twin stands for it"
+        )
     return ""

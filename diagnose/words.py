@@ -4,6 +4,7 @@ import math
 import traceback
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import with_interval, with_sd
 from benchtwin.bench.rigs import RIGS
 from benchtwin.infer.effect import Effect
@@ -87,7 +88,9 @@ def verdict_in_words(finding: Finding) -> str:
     told = {"none": _none, "name": _name, "class": _class, "unknown": _unknown}
     parts = [told[finding.verdict](finding), *_path(finding)]
     parts += _else_possible(finding)
-    return "; ".join([*parts, f"noise alone would do this in {odds(finding.p_global)}"])
+    return "; ".join(
+        [*parts, tr("noise alone would do this in {}", odds(finding.p_global))]
+    )
 
 
 def _path(finding: Finding) -> list[str]:
@@ -96,7 +99,7 @@ def _path(finding: Finding) -> list[str]:
     moved = finding.moves_mm
     if finding.matters or not math.isfinite(moved):
         return []
-    return [f"it moves a path by {brief(moved)} mm at most"]
+    return [tr("it moves a path by {} mm at most", brief(moved))]
 
 
 def tone(finding: Finding) -> str:
@@ -109,15 +112,16 @@ def tone(finding: Finding) -> str:
 
 def _none(finding: Finding) -> str:
     count = len(finding.recordings)
-    these = "the recording" if count == 1 else f"the {count} recordings"
-    return (
-        f"nothing was shown to be missing in {these}"
-        f" ({percent(finding.p_verdict)} that nothing is)"
+    these = tr("the recording") if count == 1 else tr("the {} recordings", count)
+    return tr(
+        "nothing was shown to be missing in {} ({} that nothing is)",
+        these,
+        percent(finding.p_verdict),
     )
 
 
 def _name(finding: Finding) -> str:
-    what = " and ".join(_with_slope(n, finding) for n in finding.names)
+    what = tr(" and ").join(_with_slope(n, finding) for n in finding.names)
     sizes = "; ".join(filter(None, (_size(n, finding) for n in finding.names)))
     holding = sum(
         p
@@ -125,7 +129,7 @@ def _name(finding: Finding) -> str:
         if set(finding.names) <= set(names)
     )
     alone = percent(finding.p_verdict)
-    found = f"{what} ({percent(holding)}), and nothing else ({alone})"
+    found = tr("{} ({}), and nothing else ({})", what, percent(holding), alone)
     return _because(finding, f"{found}: {sizes}" if sizes else found)
 
 
@@ -137,34 +141,36 @@ def _class(finding: Finding) -> str:
     ]
     options = [one for one in among if one[1] >= LEAST_SHARE] or among[:1]
     if len(options) == 1:
-        what = f"{_set(*options[0], finding)}, not for certain"
+        what = tr("{}, not for certain", _set(*options[0], finding))
     else:
-        what = (
-            f"{' or '.join(_set(*one, finding) for one in options)}, which these"
-            f" recordings do not tell apart ({percent(finding.p_verdict)} together)"
+        what = tr(
+            "{}, which these recordings do not tell apart ({} together)",
+            tr(" or ").join(_set(*one, finding) for one in options),
+            percent(finding.p_verdict),
         )
     return _because(finding, what)
 
 
 def _unknown(finding: Finding) -> str:
-    known = " and ".join(_with_slope(n, finding) for n in finding.names)
-    what = (
-        f"something is missing {place(finding)} that no known effect explains"
-        f" ({percent(finding.p_verdict)})"
+    known = tr(" and ").join(_with_slope(n, finding) for n in finding.names)
+    what = tr(
+        "something is missing {} that no known effect explains ({})",
+        place(finding),
+        percent(finding.p_verdict),
     )
     law = finding.law
     drift = next((f for f in finding.follows if f.unlisted), None)
     if not law and drift:
-        law = f"{follow_in_words(drift, finding)}, and nothing stated says why"
-    found = f"{known}, and beside it {what}" if known else what
+        law = tr("{}, and nothing stated says why", follow_in_words(drift, finding))
+    found = tr("{}, and beside it {}", known, what) if known else what
     if finding.senseless:
-        where = f", most at {at}" if (at := window(finding)) else ""
-        found = f"{found}, of no shape that makes sense{where}"
+        where = tr(", most at {}", at) if (at := window(finding)) else ""
+        found = tr("{}, of no shape that makes sense{}", found, where)
     return _because(finding, f"{found}: {law}" if law else found)
 
 
 def _set(names: tuple[str, ...], p: float, finding: Finding) -> str:
-    what = " and ".join(_with_slope(n, finding) for n in names)
+    what = tr(" and ").join(_with_slope(n, finding) for n in names)
     return f"{what} ({percent(p)})"
 
 
@@ -195,16 +201,17 @@ def _else_possible(finding: Finding) -> list[str]:
             continue
         parts = [missing(n, finding.rig) for n in names]
         parts += [missing(UNSHAPED, finding.rig)] if strange else []
-        out.append(f"{' and '.join(parts) or 'nothing is missing'} ({percent(p)})")
-    return [f"also possible: {', '.join(out)}"] if out else []
+        what = tr(" and ").join(parts) or tr("nothing is missing")
+        out.append(f"{what} ({percent(p)})")
+    return [tr("also possible: {}", ", ".join(out))] if out else []
 
 
 def _because(finding: Finding, found: str) -> str:
     """What it does to the contact parameters, then what was found."""
     if not finding.matters:
-        return f"found, but it moves nothing that matters: {found}"
+        return tr("found, but it moves nothing that matters: {}", found)
     moved = _moved(finding)
-    return f"{moved} because {found}" if moved else found
+    return tr("{} because {}", moved, found) if moved else found
 
 
 def _moved(finding: Finding) -> str:
@@ -218,12 +225,20 @@ def _moved(finding: Finding) -> str:
             share = 100 * abs(off / moved.explained.value)
         else:
             share = math.inf
-        how = f"{brief(share)} % too {'low' if off > 0 else 'high'}"
-        out.append(
-            f"{name.removesuffix('_deg').replace('_', ' ')} reads {how}"
-            f" ({brief(abs(moved.shift_sds))} of its sds)"
+        how = (
+            tr("{} % too low", brief(share))
+            if off > 0
+            else tr("{} % too high", brief(share))
         )
-    return " and ".join(out)
+        out.append(
+            tr(
+                "{} reads {} ({} of its sds)",
+                name.removesuffix("_deg").replace("_", " "),
+                how,
+                brief(abs(moved.shift_sds)),
+            )
+        )
+    return tr(" and ").join(out)
 
 
 def _with_slope(name: str, finding: Finding) -> str:
@@ -238,7 +253,7 @@ def _size(name: str, finding: Finding) -> str:
     """ "0.018 of the weight at 2 m/s (95 %: 0.016 to 0.020)"; of several effects,
     which, and the key that states it."""
     told, effect = finding.effects.get(name), effect_of(finding, name)
-    unit = effect.wording[1] if effect else ""
+    unit = tr(effect.wording[1]) if effect and effect.wording[1] else ""
     if told is None or not unit or not math.isfinite(told.size.value):
         return ""
     key = finding.keys.get(name)
@@ -260,9 +275,9 @@ def _stated(key: StatedKey) -> str:
     whole = [with_sd(one, key.sd)[0].replace("−", "-") for one in key.should_be]
     if len(whole) > 1:
         each = (f"{w} for {s:g}" for w, s in zip(whole, key.stated, strict=True))
-        return f"; {key.key} = {', '.join(each)} state it"
-    where = f", where {key.stated[0]:g} is stated" if key.held else ""
-    return f"{where}; {key.key} = {whole[0]} states it"
+        return tr("; {} = {} state it", key.key, ", ".join(each))
+    where = tr(", where {:g} is stated", key.stated[0]) if key.held else ""
+    return tr("{}; {} = {} states it", where, key.key, whole[0])
 
 
 def follow_in_words(follow: Follow, finding: Finding) -> str:
@@ -277,16 +292,24 @@ def follow_in_words(follow: Follow, finding: Finding) -> str:
             f" {'+' if p.size.value > 0 else ''}{_value(p.size)} ({_ends(p.size)})"
             for p in follow.curve
         )
-        return f"{parameter} follows {condition} (beside the mean of all: {each})"
+        return tr(
+            "{} follows {} (beside the mean of all: {})", parameter, condition, each
+        )
     if follow.shape == "line" and not follow.unlisted:
         what, _, unit = condition.rpartition("_")
         if what:
             of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
         else:
-            of = f"unit of {condition}"
+            of = tr("unit of {}", condition)
         slope = follow.slope if up else negative(follow.slope)
         size = f"{_value(slope)} ({_ends(slope)})"
-        return f"{parameter} {'rises' if up else 'falls'} by {size} per {of}"
+        return tr(
+            "{} {} by {} per {}",
+            parameter,
+            tr("rises") if up else tr("falls"),
+            size,
+            of,
+        )
     told = finding.contact.get(follow.parameter)
     level = told.explained.value if told else 0.0
     digits = _value(follow.curve[0].size).partition(".")[2]
@@ -294,39 +317,46 @@ def follow_in_words(follow: Follow, finding: Finding) -> str:
     def at(k: int) -> str:
         value = f"{level + ends[k]:.{len(digits)}f}".replace("-", "−")
         if condition == "order":
-            return f"{value} at the {'last' if k else 'first'}"
-        return f"{value} at {follow.curve[k].at:g}"
+            return tr("{} at the {}", value, tr("last") if k else tr("first"))
+        return tr("{} at {:g}", value, follow.curve[k].at)
 
-    beside = "" if told else " beside the mean"
-    with_what = ONLY_WHEN.get(condition, condition)
+    beside = "" if told else tr(" beside the mean")
+    with_what = tr(ONLY_WHEN.get(condition, condition))
     if follow.shape in ("highest", "lowest"):
         end = ends.index(max(ends) if follow.shape == "highest" else min(ends))
         place = follow.curve[end]
         value = f"{level + ends[end]:.{len(digits)}f}".replace("-", "−")
-        return (
-            f"{parameter} is {follow.shape} in the middle of {with_what}: {at(0)},"
-            f" {value} near {place.at:.3g}, {at(-1)}{beside}"
+        return tr(
+            "{} is {} in the middle of {}: {}, {} near {:.3g}, {}{}",
+            parameter,
+            tr(follow.shape),
+            with_what,
+            at(0),
+            value,
+            place.at,
+            at(-1),
+            beside,
         )
     if follow.shape == "levels":
         each = ", ".join(at(k) for k in range(len(ends)))
-        return f"{parameter} follows {with_what}: {each}{beside}"
-    bend = "" if follow.shape == "line" else f", {follow.shape}"
-    how = f"{'rises' if up else 'falls'} with {with_what}{bend}"
-    return f"{parameter} {how}: {at(0)} to {at(-1)}{beside}"
+        return tr("{} follows {}: {}{}", parameter, with_what, each, beside)
+    bend = "" if follow.shape == "line" else f", {tr(follow.shape)}"
+    how = tr("rises with {}", with_what) if up else tr("falls with {}", with_what)
+    return tr("{} {}{}: {} to {}{}", parameter, how, bend, at(0), at(-1), beside)
 
 
 def missing(name: str, rig: str) -> str:
     """What one effect is in a reader's words; "(unlisted)" begins what is none."""
     if name.startswith(UNSHAPED):
         sector, _, push = name[len(UNSHAPED) :].strip().partition(": ")
-        where = f" {WHERE.get(sector, f'in {sector}')} ({push})" if sector else ""
-        return f"something{where} that no known effect explains"
+        where = f" {tr(WHERE.get(sector, 'somewhere'))} ({push})" if sector else ""
+        return tr("something{} that no known effect explains", where)
     if found := followed_condition(name):
         if found[1] in ONLY_WHEN:
-            return f"{found[0]} changes with {ONLY_WHEN[found[1]]}"
-        return f"{found[0]} follows {found[1]}"
+            return tr("{} changes with {}", found[0], tr(ONLY_WHEN[found[1]]))
+        return tr("{} follows {}", *found)
     effect = effect_named(rig, name)
-    return effect.wording[0] if effect and effect.wording[0] else name
+    return tr(effect.wording[0]) if effect and effect.wording[0] else name
 
 
 def negative(size: Interval) -> Interval:
@@ -351,7 +381,7 @@ def place(finding: Finding) -> str:
         (s for s in finding.sectors if math.isfinite(s.explained) and s.explained > 0),
         None,
     )
-    return WHERE.get(best.name, f"in {best.name}") if best else "somewhere"
+    return tr(WHERE.get(best.name, "somewhere") if best else "somewhere")
 
 
 def window(f: Finding) -> str:
@@ -361,8 +391,10 @@ def window(f: Finding) -> str:
     axis, unit = AXES.get(f.window.axis, (f.window.axis, ""))
     if f.window.axis == "n_bounce":
         numbers = range(math.ceil(f.window.low), math.floor(f.window.high) + 1)
-        return f"flight {', '.join(str(n + 1) for n in numbers)}" if numbers else ""
-    found = f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}"
+        which = ", ".join(str(n + 1) for n in numbers)
+        return tr("flight {}", which) if numbers else ""
+    low, high = f.window.low, f.window.high
+    found = tr("{} {:.3g} to {:.3g} {}", tr(axis), low, high, unit)
     return found.replace("-", "−").rstrip()
 
 
@@ -379,10 +411,10 @@ def odds(p: float) -> str:
 benches')
     """
     if p < 1e-4:
-        return "fewer than 1 of 10 000 benches"
+        return tr("fewer than 1 of 10 000 benches")
     if p < 0.35:
-        return f"1 of {float(f'{1 / p:.2g}'):.0f} benches"
-    return f"{min(round(10 * p), 9)} of 10 benches"
+        return tr("1 of {:.0f} benches", float(f"{1 / p:.2g}"))
+    return tr("{} of 10 benches", min(round(10 * p), 9))
 
 
 def percent(p: float) -> str:
@@ -413,9 +445,11 @@ def lines(diagnosis) -> list[str]:
         each = ((follow_in_words(f, finding), f) for f in finding.follows)
         out += [f"  {what} ({chance(f.p)})" for what, f in each if what not in sentence]
         if finding.matters and finding.next_record:
-            out.append(f"  to settle it, record: {finding.next_record}")
+            out.append(tr("  to settle it, record: {}", finding.next_record))
         if (finding.matters or finding.laws) and rig in diagnosis.twins:
             out.append(f"  {diagnosis.twins[rig].in_words()}")
-    out += [f"{rig}: not diagnosed: {why}" for rig, why in diagnosis.refused.items()]
+    out += [
+        tr("{}: not diagnosed: {}", rig, why) for rig, why in diagnosis.refused.items()
+    ]
     out += [f"{name}: {why}" for name, _, why in diagnosis.trouble]
     return [*out, *diagnosis.notes]

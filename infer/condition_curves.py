@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.conditions import Condition
 from benchtwin.infer.follow import Point
 
@@ -104,4 +105,4 @@ def shape_of(shape: str, points: tuple[Point, ...]) -> str:
         if INNER[0] < u[at] < INNER[1] and off.all():
             return name
     early = abs(sizes[len(sizes) // 2] - sizes[0]) > 0.5 * abs(sizes[-1] - sizes[0])
-    return "levelling off" if early else "steepening"
+    return tr("levelling off") if early else "steepening"

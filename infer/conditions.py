@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.problem import Problem
@@ -61,13 +62,17 @@ def conditions_of(
         values = [s.get(key) for s in stated]
         made = condition(key, recordings, values)
         if made is None:
-            said = "is the same in all recordings that state it: nothing can follow it"
+            said = tr(
+                "is the same in all recordings that state it: nothing can follow it"
+            )
             notes.append(f"[conditions] {key} {said}")
         else:
             found.append(made)
             if missing := sum(v is None for v in values):
-                said = f"is not stated in {missing} of {len(values)} recordings"
-                notes.append(f"[conditions] {key} {said}; it is used where it is")
+                said = tr("is not stated in {} of {} recordings", missing, len(values))
+                notes.append(
+                    tr("[conditions] {} {}; it is used where it is", key, said)
+                )
     order = condition("order", recordings, list(range(len(recordings))))
     kept = []
     for extra in filter(None, (order, condition("session", recordings, sessions))):
@@ -75,15 +80,15 @@ def conditions_of(
         if same is None:
             kept.append(replace(extra, unlisted=True))
         else:
-            said = (
-                f"goes with the {extra.name} of the recordings: the two cannot be told"
-                " apart"
+            said = tr(
+                "goes with the {} of the recordings: the two cannot be told apart",
+                extra.name,
             )
             notes.append(f"[conditions] {same.name} {said}")
     for one, other in combinations(found, 2):
         if _confounded(one, other, recordings):
-            said = "go together: the two cannot be told apart"
-            notes.append(f"[conditions] {one.name} and {other.name} {said}")
+            said = tr("go together: the two cannot be told apart")
+            notes.append(tr("[conditions] {} and {} {}", one.name, other.name, said))
     return (*found, *kept), tuple(notes)
 
 

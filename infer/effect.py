@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
+from benchtwin.bench.language import tr
+
 # where an effect acts: of drops, slides, rolls, heaps, and what recordings say wrongly
 SECTORS = (
     *("flight", "impact", "onset", "sliding", "run-out"),
@@ -106,7 +108,9 @@ def separating_recordings(
 ) -> str | None:
     """The recordings that would tell these effects apart, two at most."""
     said = dict.fromkeys(
-        effects[n].separating for n in names if n in effects and effects[n].separating
+        tr(effects[n].separating)
+        for n in names
+        if n in effects and effects[n].separating
     )
     return "; ".join(list(said)[:2]) or None
 
@@ -124,12 +128,23 @@ def discovered(
         for effect in getattr(loaded, "EFFECTS", ()):
             if not isinstance(effect, kind):
                 raise ValueError(
-                    f"{package}.{module.name}: {effect!r} is no {kind.__name__}"
+                    tr(
+                        "{}.{}: {!r} is no {}",
+                        package,
+                        module.name,
+                        effect,
+                        kind.__name__,
+                    )
                 )
             if effect.name in found:
                 raise ValueError(
-                    f"{package}.{module.name}: there is another effect {effect.name!r};"
-                    " each needs a name of its own"
+                    tr(
+                        "{}.{}: there is another effect {!r}; each needs a"
+                        " name of its own",
+                        package,
+                        module.name,
+                        effect.name,
+                    )
                 )
             if why := _wrong(effect):
                 raise ValueError(
@@ -137,7 +152,9 @@ def discovered(
                 )
             found[effect.name] = effect
     if lost := sorted({e.group for e in found.values() if e.group} - set(found)):
-        raise ValueError(f"{package}: there is no effect {lost[0]!r}, a group's name")
+        raise ValueError(
+            tr("{}: there is no effect {!r}, a group's name", package, lost[0])
+        )
     return found
 
 
@@ -145,12 +162,14 @@ def _wrong(effect: Effect) -> str:
     """Why an effect cannot be weighed, "": it can."""
     e = effect
     if not e.name or e.sector not in SECTORS:
-        return f"sector = {e.sector!r}: must be one of {', '.join(SECTORS)}"
+        return tr("sector = {!r}: must be one of {}", e.sector, ", ".join(SECTORS))
     if not (e.low < e.high and e.low <= 0 <= e.high):
-        return (
-            f"low = {e.low}, high = {e.high}: low must be below high, and 0, no effect,"
-            " between them"
+        return tr(
+            "low = {}, high = {}: low must be below high, and 0, no"
+            " effect, between them",
+            e.low,
+            e.high,
         )
     if not 0 < e.prior_sd < math.inf:
-        return f"prior_sd = {e.prior_sd}: must be above 0 and finite"
+        return tr("prior_sd = {}: must be above 0 and finite", e.prior_sd)
     return ""

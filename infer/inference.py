@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.alarm import ALARM_P, left_over_p
 from benchtwin.infer.conditions import effect_name
 from benchtwin.infer.evidence import Kind
@@ -97,7 +98,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     effects, contact = _effects(of), _contact(of)
     over_nothing, over_others = _ln_bayes(of)
     followed = tuple(f.name for f in table.found)
-    law = " and ".join(t.in_words() for t in of.terms) or _differing(of)
+    law = tr(" and ").join(t.in_words() for t in of.terms) or _differing(of)
     return Finding(
         task.rig,
         base.fit.problem.recordings,
@@ -216,8 +217,8 @@ def _next_record(
         return None
     for f in table.found:
         if f.as_well:
-            these = " and ".join((f.condition, *f.as_well))
-            return f"recordings in which {these} do not go together"
+            these = tr(" and ").join((f.condition, *f.as_well))
+            return tr("recordings in which {} do not go together", these)
     followed = {n for f in table.found for n in f.names}
     return task.advice(tuple(n for n in verdict.names if n not in followed))
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import with_interval
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.held_out import squared_errors
@@ -65,14 +66,16 @@ class Term:
     @property
     def in_the_twin(self) -> str:
         """What stands for it there, "" for nothing."""
-        return self.effect.counterpart.what if self.effect.counterpart else ""
+        return tr(self.effect.counterpart.what) if self.effect.counterpart else ""
 
     def in_words(self) -> str:
         """With its size and 95 % interval."""
         value, half = abs(self.size), SDS_95 * self.sd
         size, _, ends = with_interval(value, value - half, value + half).partition(" (")
-        also = f"; {' or '.join(self.also)} would do as well" if self.also else ""
-        said = f"{self.words}, {size} {self.effect.wording[1]}"
+        also = (
+            tr("; {} would do as well", tr(" or ").join(self.also)) if self.also else ""
+        )
+        said = f"{self.words}, {size} {tr(self.effect.wording[1])}"
         return f"{said} (95 %: {ends}{also}" if ends else f"{said}{also}"
 
 
@@ -193,7 +196,7 @@ def _term(
         WIDE * abs(size),
         -np.inf,
         np.inf,
-        "regression on what the listed effects leave",
+        tr("regression on what the listed effects leave"),
         wording=(words, of),
         not_simulated=family.not_simulated,
         **(family.acts(name, power) if family.acts else {}),
@@ -253,14 +256,14 @@ def in_words(power: float, low: float, high: float) -> str:
     """
     simple = next((s for s in SIMPLE if low <= s <= high), power)
     if not np.isfinite(low) and not np.isfinite(high):
-        return "to a power that was not resolved"
+        return tr("to a power that was not resolved")
     if np.isfinite(low) and np.isfinite(high):
         inside = f"{low:.2g} to {high:.2g}"
     elif np.isfinite(high):
-        inside = f"at most {high:.2g}"
+        inside = tr("at most {:.2g}", high)
     else:
-        inside = f"at least {low:.2g}"
-    return f"to the power {simple:g} ({inside})"
+        inside = tr("at least {:.2g}", low)
+    return tr("to the power {:g} ({})", simple, inside)
 
 
 def _range(powers: np.ndarray, falls: np.ndarray) -> tuple[float, float, float]:

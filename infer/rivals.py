@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.evidence import student_ln_likelihood
 from benchtwin.infer.linear import ridge, stacked
 from benchtwin.infer.posterior import LISTED_ODDS
@@ -73,8 +74,8 @@ def other_explanations(base: Fit, free: tuple[str, ...] = ()) -> list[Other]:
         fall = min(other.chi2 - base.chi2, 0.0)
         ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
         told = (effect.reported or float)(size)
-        size_said = f"{told:.3g} {effect.wording[1]}".rstrip()
-        words = f"{effect.wording[0]} ({size_said})"
+        size_said = f"{told:.3g} {tr(effect.wording[1])}".rstrip()
+        words = f"{tr(effect.wording[0])} ({size_said})"
         out.append(Other(LISTED_ODDS * math.exp(min(ln_bayes, 500.0)), words, other))
     return out
 
@@ -106,6 +107,8 @@ def unless(rivals: list[Rival], q: Measured) -> list[str]:
         share = rival.odds / whole
         value = rival.value(q)
         if share >= CAN_BE_TRUE and not abs(value - q.value) <= INSIDE_SDS * q.sd:
-            other = f"is {value:.3g}" if math.isfinite(value) else "is not shown"
-            out.append(f"it {other} if {rival.words} (probability {share:.2g})")
+            other = f"is {value:.3g}" if math.isfinite(value) else tr("is not shown")
+            out.append(
+                tr("it {} if {} (probability {:.2g})", other, rival.words, share)
+            )
     return out

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.condition_table import condition_table, numbers_of
 from benchtwin.infer.conditions import Contact, with_follows
 from benchtwin.infer.explanation import Alternative, Explanation, Posterior
@@ -126,7 +127,12 @@ def far_off(table: ConditionTable, task: DiagnosisTask) -> tuple[str, ...]:
     name, off = table.far
     return (
         (
-            f"{name}: its {what} lies {off:.2g} off the others'; it is left out where"
-            " conditions are tested"
+            tr(
+                "{}: its {} lies {:.2g} off the others'; it is left out where"
+                " conditions are tested",
+                name,
+                what,
+                off,
+            )
         ),
     )

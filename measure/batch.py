@@ -7,6 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.find_recordings import find_recordings, unread_files
 from benchtwin.vision.measurement import MeasurementError, Observation
@@ -70,9 +71,15 @@ def unread_notes(
     }
     notes = []
     for folder, names in missed.items():
-        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        more = (
+            tr(" and {} more", len(names) - MOST_NAMED)
+            if len(names) > MOST_NAMED
+            else ""
+        )
         named = ", ".join(names[:MOST_NAMED]) + more
-        notes.append((folder.name, f"not read: {named} (benchtwin does not read it)"))
+        notes.append(
+            (folder.name, tr("not read: {} (benchtwin does not read it)", named))
+        )
     return notes
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.progress import BarColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.terminal import Terminal, Words
 from benchtwin.measure.batch import (
     Entry,
@@ -32,7 +33,7 @@ def existing(paths: str | Path | Sequence[str | Path]) -> list[Path]:
     """One path or several as a list; FileNotFoundError for one that is not there."""
     chosen = [Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]
     if missing := [path for path in chosen if not path.exists()]:
-        raise FileNotFoundError(f"{missing[0]}: no such file or folder")
+        raise FileNotFoundError(tr("{}: no such file or folder", missing[0]))
     return chosen
 
 
@@ -53,7 +54,7 @@ def results_in(
         results.finish()
     except OSError as error:
         why = error.strerror or error
-        raise OSError(f"cannot write to {out}: {why}") from error
+        raise OSError(tr("cannot write to {}: {}", out, why)) from error
     finally:
         results.abandon()
 

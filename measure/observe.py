@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.keys import Seed
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.section import PLAUSIBLE_MM
@@ -115,8 +116,11 @@ def observe_seeds_photo(recording: Recording) -> Observation:
 
     if recording.evidence != "photos":
         raise MeasurementError(
-            f"{recording.path}: seeds are measured on photos, not on"
-            f" {recording.evidence}"
+            tr(
+                "{}: seeds are measured on photos, not on {}",
+                recording.path,
+                recording.evidence,
+            )
         )
     grains, overlay = observe_seeds(
         recording.files[0], recording.camera.mm_per_px, recording.camera.mm_per_px_sd
@@ -126,15 +130,22 @@ def observe_seeds_photo(recording: Recording) -> Observation:
         for row in grains.distribution().itertuples()
     )
     doubt = (
-        "in px: no scale is known"
+        tr("in px: no scale is known")
         if grains.scale is None
         else getattr(grains.scale, "reason", "")
     )
     quantities = tuple(q.doubt(doubt).doubt(grains.common_doubt) for q in quantities)
     rows = grains.distribution().itertuples()
     spread = [
-        f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g}"
-        f" {r.unit}"
+        tr(
+            "{}: n = {}, sd {:.3g}, range {:.3g}–{:.3g} {}",
+            r.quantity,
+            r.n,
+            r.sd,
+            r.min,
+            r.max,
+            r.unit,
+        )
         for r in rows
     ]
     table = grains.table()
@@ -156,11 +167,14 @@ def seed_questions(seed: Seed) -> list[str]:
     sizes = seed.sizes_mm
     if odd := [s for s in sizes if not _within(s, PLAUSIBLE_MM)]:
         questions.append(
-            f"a seed of {odd[0]:,g} mm: is it in millimetres? It is taken as stated"
+            tr(
+                "a seed of {:,g} mm: is it in millimetres? It is taken as stated",
+                odd[0],
+            )
         )
     if seed.mass_g and not _within(seed.mass_g, PLAUSIBLE_G):
         questions.append(
-            f"a seed of {seed.mass_g:,g} g: is it in grams? It is taken as stated"
+            tr("a seed of {:,g} g: is it in grams? It is taken as stated", seed.mass_g)
         )
     volume = (
         0.5236e-3 * sizes[0] * sizes[1] * sizes[2] if len(sizes) == 3 else None
@@ -169,9 +183,9 @@ def seed_questions(seed: Seed) -> list[str]:
         1000 * seed.mass_g / volume if seed.mass_g and volume else None
     )
     if density and not _within(density, PLAUSIBLE_KG_M3) and not seed.inertia_factor:
-        hollow = "A hollow ball has an [seed] inertia_factor of its own"
+        hollow = tr("A hollow ball has an [seed] inertia_factor of its own")
         questions.append(
-            f"sizes and mass make {density:,.3g} kg/m³: are both right? {hollow}"
+            tr("sizes and mass make {:,.3g} kg/m³: are both right? {}", density, hollow)
         )
     return questions
 
@@ -209,12 +223,15 @@ def _observe_or_fail(
     except OSError as error:
         reason = f"{error.filename or entry.path}: {error.strerror or error}"
     except MemoryError:
-        reason = f"{entry.path}: too large for this machine's memory"
+        reason = tr("{}: too large for this machine's memory", entry.path)
     except Exception as error:  # a bug in one recording must not cost the others
         place = traceback.extract_tb(error.__traceback__)[-1]
-        reason = (
-            f"{entry.path}: a fault of benchtwin, please report it: {error!r} in"
-            f" {Path(place.filename).name}:{place.lineno}"
+        reason = tr(
+            "{}: a fault of benchtwin, please report it: {!r} in {}:{}",
+            entry.path,
+            error,
+            Path(place.filename).name,
+            place.lineno,
         )
     return _failure(entry.id, rig or entry.rig, reason + _rig_of_bench(entry))
 
@@ -227,7 +244,9 @@ def _rig_of_bench(recording: Recording) -> str:
         return ""
     if recording.rig is None or not bench.is_file() or "rig" not in read_toml(bench):
         return ""
-    return f" ({bench} says rig = {recording.rig!r} for all; {own} may say another)"
+    return tr(
+        " ({} says rig = {!r} for all; {} may say another)", bench, recording.rig, own
+    )
 
 
 def _failure(name: str, rig: str | None, reason: str) -> Observation:

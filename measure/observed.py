@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.measure.batch import Progress, find_all
 from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError, Observation
@@ -68,7 +69,7 @@ class Observed:
         if isinstance(folder, Observed):
             return folder
         if not Path(folder).exists():
-            raise FileNotFoundError(f"{folder}: no such file or folder")
+            raise FileNotFoundError(tr("{}: no such file or folder", folder))
         return cls(Path(folder), tuple(find_all([Path(folder)])))
 
     def __fspath__(self) -> str:

@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from benchtwin.bench.exits import Misuse
+from benchtwin.bench.language import tr
 from benchtwin.bench.whole_file import folder_beside
 from benchtwin.page.folder import INCOMING, Folder
 from benchtwin.page.guard import Entrance, forwarding
@@ -27,28 +28,31 @@ def page(folder: Path, port: int, browser: bool) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         listener = socket.create_server((LOOPBACK, port))
     except OSError as error:
-        where = f"port {port}" if folder.is_dir() else str(folder)
+        where = tr("port {}", port) if folder.is_dir() else str(folder)
         raise Misuse(f"{where}: {error.strerror or error}") from error
     try:
         private_folder()
     except (OSError, RuntimeError) as error:
         raise Misuse(
-            f"no folder for its own keys: {error}. Set XDG_STATE_HOME to a folder that"
-            " you may write to"
+            tr(
+                "no folder for its own keys: {}. Set XDG_STATE_HOME to a folder that"
+                " you may write to",
+                error,
+            )
         ) from error
     entrance = Entrance()
     site = f"http://{entrance.host}:{listener.getsockname()[1]}/"
 
     def tell(words: str) -> None:
         """Print an address; when it has been used, the next one."""
-        key = entrance.new_key(lambda: tell("For another browser:"))
+        key = entrance.new_key(lambda: tell(tr("For another browser:")))
         with suppress(OSError):  # the terminal was closed
             print(f"{words}  {site}?token={key}", flush=True)
 
-    print(f"benchtwin page on {folder.resolve()}")
-    tell("Open in a browser (only on this machine, once):")
-    print(f"A browser that does not find it: {LOOPBACK} in the place of its name.")
-    print("Ctrl+C ends it.", flush=True)
+    print(tr("benchtwin page on {}", folder.resolve()))
+    tell(tr("Open in a browser (only on this machine, once):"))
+    print(tr("A browser that does not find it: {} in the place of its name.", LOOPBACK))
+    print(tr("Ctrl+C ends it."), flush=True)
     with suppress(KeyboardInterrupt):
         serve(folder, listener, entrance, site if browser else "")
 

@@ -9,15 +9,16 @@ import zipfile
 from contextlib import suppress
 from pathlib import Path
 
+from benchtwin.bench.language import spoken, tr
 from benchtwin.calibrate.export import ENGINES, cards, read_result
 from benchtwin.page.folder import CALIBRATED, RESULTS, Refused
 from benchtwin.page.results import ToRecord, read
 from benchtwin.vision.recording import RESULTS_MARK
 
 MOST_AT_ONCE = 4  # older packages are thrown away
-SHEET = """<!doctype html><html lang="en"><head><meta charset="utf-8">
+SHEET = """<!doctype html><html lang="{language}"><head><meta charset="utf-8">
 <title>{title}</title><link rel="stylesheet" href="/static/next.css"></head>
-<body><h1>{title}</h1><p><button onclick="print()">Print</button></p>{body}</body>
+<body><h1>{title}</h1><p><button onclick="print()">{print}</button></p>{body}</body>
 </html>"""
 
 
@@ -36,7 +37,7 @@ def packed_bench(bench: Path, place: Path) -> Path:
             _pack(bench, pack)
     except OSError as error:
         out.unlink(missing_ok=True)
-        raise Refused(f"the zip cannot be written: {error.strerror}") from error
+        raise Refused(tr("the zip cannot be written: {}", error.strerror)) from error
     return out
 
 
@@ -62,7 +63,7 @@ def card_files(results: Path, engine: str) -> dict[str, str]:
     where there is none."""
     result = results / CALIBRATED / "result.json"
     if not result.is_file():
-        raise Refused("nothing is calibrated yet: no cards")
+        raise Refused(tr("nothing is calibrated yet: no cards"))
     with read(result):
         try:
             return cards(read_result(results / CALIBRATED), engine)
@@ -82,12 +83,16 @@ def zipped(files: dict[str, str]) -> bytes:
 def sheet(bench: str, to_record: dict[str, list[ToRecord]]) -> str:
     """The printable page of what to record next; all names escaped."""
     parts = [
-        f"<h2>{html.escape(heading)}</h2><ul>{''.join(map(_item, rows))}</ul>"
+        f"<h2>{html.escape(tr(heading))}</h2><ul>{''.join(map(_item, rows))}</ul>"
         for heading, rows in to_record.items()
     ]
-    title = f"What to record next: {html.escape(bench)}"
-    body = "".join(parts) or "<p>Nothing yet: calibrate or diagnose first.</p>"
-    return SHEET.format(title=title, body=body)
+    title = tr("What to record next: {}", html.escape(bench))
+    body = "".join(parts) or (
+        f"<p>{tr('Nothing yet: calibrate or diagnose first.')}</p>"
+    )
+    return SHEET.format(
+        title=title, body=body, language=spoken(), print=html.escape(tr("Print"))
+    )
 
 
 def _item(row: ToRecord) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.recording import RESULTS_MARK as MARK
 
 RESULTS = "results"  # in a bench: what commands left
@@ -37,13 +38,15 @@ class Folder:
             or ":" in parts[0]
             or any(map(_no_part, parts))
         ):
-            raise Refused(f"{name!r} is not a name inside this folder")
+            raise Refused(tr("{!r} is not a name inside this folder", name))
         try:
             path = (self.root / name).resolve()
         except (OSError, RuntimeError) as error:  # too long, or links in a circle
-            raise Refused(f"{name[:80]!r} is not a name inside this folder") from error
+            raise Refused(
+                tr("{!r} is not a name inside this folder", name[:80])
+            ) from error
         if not path.is_relative_to(self.root.resolve()):
-            raise Refused(f"{name!r} leads out of this folder")
+            raise Refused(tr("{!r} leads out of this folder", name))
         return path
 
     def name_of(self, path: Path) -> str:
@@ -76,8 +79,12 @@ class Folder:
         folder = bench / RESULTS
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             raise Refused(
-                f"{bench.name}/{RESULTS} is to be a folder of its own, and is a link or"
-                " a file: move it away"
+                tr(
+                    "{}/{} is to be a folder of its own, and is a link or a"
+                    " file: move it away",
+                    bench.name,
+                    RESULTS,
+                )
             )
         folder.mkdir(exist_ok=True)
         mark = folder / MARK
@@ -107,9 +114,10 @@ class Folder:
 
     def refused_link(self, link: Path) -> str:
         """Why a link that leads out is not followed, and what to do."""
-        return (
-            f"{self.name_of(link)} is a link out of this folder, which is not followed."
-            " Put the file itself there, or remove the link"
+        return tr(
+            "{} is a link out of this folder, which is not followed. Put"
+            " the file itself there, or remove the link",
+            self.name_of(link),
         )
 
 

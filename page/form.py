@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchtwin.bench.keys import Keys
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused
+from benchtwin.vision.recording import Recording
 
 UNITS = {
     "mm": "mm",
@@ -32,16 +34,16 @@ SECTIONS = {  # the tables of keys, each with its own JSON schema
     if "$ref" in told
 }
 COMMON_SECTIONS = ("seed", "camera")  # sections that every rig has
-SIMULATED = "simulated"  # in a help text: measuring does without it
 UNKNOWN, TAKE_AWAY = "?", "empty the field to take it away"
-NEEDED = re.compile(r"\[(\w+)\] (\w+)(?: is missing| is needed|, )")
+NAMED = re.compile(r"\[(\w+)\] (\w+)", re.ASCII)  # a key, in any language
 
 
 @dataclass(frozen=True)
 class Field:
     """One key. value: what the file says, None: nothing; inherited: what bench.toml
     says; kind: number, list, choice, yes, text, rows (of numbers,
-    set on a picture)."""
+    set on a picture), UNKNOWN where no key has that name; help: in English; rare: only
+    simulating needs it."""
 
     section: str
     key: str
@@ -52,19 +54,15 @@ class Field:
     choices: tuple[str, ...]
     value: Any
     inherited: Any
-
-    @property
-    def rare(self) -> bool:
-        """Only simulating needs it."""
-        return SIMULATED in self.help
+    rare: bool = False
 
     def read(self, text: Any) -> Any:
         """The value that somebody typed; None for nothing. Refused, in words, for what
         cannot be one."""
         if text is None or (isinstance(text, str) and not text.strip()):
             return None
-        if self.help == TAKE_AWAY:
-            raise Refused(f"{self.key} is not known: {TAKE_AWAY}")
+        if self.kind == UNKNOWN:
+            raise Refused(tr("{} is not known: {}", self.key, tr(TAKE_AWAY)))
         if self.kind in ("yes", "choice"):
             return text
         if self.kind == "text":
@@ -106,8 +104,7 @@ def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
             _field(name, key, told, inside, above)
             for key, told in model["properties"].items()
         )
-        help_text = model.get("description", "")
-        sections.append(Section(name, name.capitalize(), help_text, fields))
+        sections.append(Section(name, name.capitalize(), _help(model), fields))
     if wrong := _unknown(content):
         sections.insert(0, Section(UNKNOWN, "Not known", TAKE_AWAY, wrong))
     return sections
@@ -131,20 +128,25 @@ def _unknown(content: dict) -> tuple[Field, ...]:
         inside = table(content, name).items()
         places += [(name, k, v) for k, v in inside if k not in model["properties"]]
     return tuple(
-        Field(section, key, "text", "", "", TAKE_AWAY, (), repr(value), None)
+        Field(section, key, UNKNOWN, "", "", TAKE_AWAY, (), repr(value), None)
         for section, key, value in places
     )
 
 
-def needed(reasons: list[str]) -> set[tuple[str, str]]:
-    """Keys (section, key) that a measurement asked for by name."""
-    named = {
+def needed(reasons: list[str], recording: Recording) -> set[tuple[str, str]]:
+    """Keys (section, key) that the reasons of a measurement name, and its rig: those
+    that the recording does not state."""
+    named = {place for reason in reasons for place in NAMED.findall(reason)}
+    return {
         (section, key)
-        for reason in reasons
-        for section, key in NEEDED.findall(reason)
-        if section in TOP
+        for section, key in named | {("", "rig")}
+        if getattr(getattr(recording, section, recording), key, UNKNOWN) is None
     }
-    return named | {("", "rig") for reason in reasons if "rig is missing" in reason}
+
+
+def _help(told: dict) -> str:
+    """What a JSON schema says of what it describes, in one line."""
+    return " ".join(told.get("description", "").split())
 
 
 def _field(section: str, key: str, told: dict, content: dict, defaults: dict) -> Field:
@@ -153,9 +155,9 @@ def _field(section: str, key: str, told: dict, content: dict, defaults: dict) ->
     longest_first = sorted(UNITS, key=len, reverse=True)
     ends = (e for e in longest_first if plain == e or plain.endswith(f"_{e}"))
     unit = next((UNITS[end] for end in ends), "")
-    help_text = " ".join(told.get("description", "").split())
-    value, inherited = content.get(key), defaults.get(key)
-    return Field(section, key, kind, unit, bounds, help_text, choices, value, inherited)
+    stated, words = (content.get(key), defaults.get(key)), _help(told)
+    rare = "simulated" in told
+    return Field(section, key, kind, unit, bounds, words, choices, *stated, rare)
 
 
 def _kind(told: dict) -> tuple[str, tuple[str, ...], str]:
@@ -169,7 +171,7 @@ def _kind(told: dict) -> tuple[str, tuple[str, ...], str]:
         if one.get("items", {}).get("type") == "array":
             return "rows", (), ""
         count = len(one.get("prefixItems", ()))
-        return "list", (), f"{count} numbers" if count else ""
+        return "list", (), tr("{} numbers", count) if count else ""
     plain = {"object": "conditions", "boolean": "yes", "string": "text"}
     if one["type"] in plain:
         return plain[one["type"]], (), ""
@@ -182,9 +184,21 @@ def _range(told: dict) -> str:
     high = told.get("exclusiveMaximum", told.get("maximum"))
     above, below = "exclusiveMinimum" in told, "exclusiveMaximum" in told
     if low is not None and high is not None and not (above or below):
-        return f"{low:g} to {high:g}"
-    least = "" if low is None else f"above {low:g}" if above else f"{low:g} or more"
-    most = "" if high is None else f"below {high:g}" if below else f"up to {high:g}"
+        return tr("{:g} to {:g}", low, high)
+    least = (
+        ""
+        if low is None
+        else tr("above {:g}", low)
+        if above
+        else tr("{:g} or more", low)
+    )
+    most = (
+        ""
+        if high is None
+        else tr("below {:g}", high)
+        if below
+        else tr("up to {:g}", high)
+    )
     return ", ".join(filter(None, (least, most)))
 
 
@@ -194,7 +208,7 @@ def _number(text: str, field: Field) -> float | int:
     try:
         value = float(plain)
     except ValueError:
-        raise Refused(f"{field.key}: {text!r} is not a number") from None
+        raise Refused(tr("{}: {!r} is not a number", field.key, text)) from None
     if value == int(value) and re.fullmatch(r"[+-]?\d+", plain):
         return int(value)
     return value

@@ -13,6 +13,8 @@ all names that end in .localhost for this machine."""
 
 import hmac
 import html
+import os
+import re
 import secrets
 from collections.abc import Callable
 from urllib.parse import quote, urlencode
@@ -20,6 +22,15 @@ from urllib.parse import quote, urlencode
 from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from benchtwin.bench.language import (
+    ENGLISH,
+    LANGUAGES,
+    VARIABLE,
+    speak,
+    spoken,
+    tr,
+)
 
 HEADERS = {
     "x-content-type-options": "nosniff",
@@ -64,30 +75,35 @@ class Entrance:
 
 
 class Guard:
-    """ASGI middleware round the whole application, its socket included."""
+    """ASGI middleware round the whole application, its socket included. Sentences are
+    said in the language of the browser that asked last, unless one was asked for when
+    the page was started."""
 
     def __init__(self, app: ASGIApp, port: int, entrance: Entrance):
         self.app, self.entrance = app, entrance
         names = ("127.0.0.1", "localhost", entrance.host)
         self.hosts = {f"{name}:{port}" for name in names}
         self.cookie = f"benchtwin_{port}"  # cookies know no ports
+        self.follows = VARIABLE not in os.environ
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
             return await self.app(scope, receive, send)
         asked = HTTPConnection(scope)
+        if self.follows and (languages := asked.headers.get("accept-language")):
+            speak(first_known(languages))
         origin, host = asked.headers.get("origin"), asked.headers.get("host")
         foreign = origin is not None and origin != f"http://{host}"
         beside = asked.headers.get("sec-fetch-site") == "same-site"  # of another port
         if host not in self.hosts or foreign or beside:
-            return await _refuse(WRONG_ADDRESS, scope, receive, send)
+            return await _refuse(tr(WRONG_ADDRESS), scope, receive, send)
         held = asked.cookies.get(self.cookie, "")
         if hmac.compare_digest(held.encode(), self.entrance.cookie.encode()):
             return await self._answered(scope, receive, send)
         opens = scope["type"] == "http" and scope["method"] == "GET"
         if opens and self.entrance.admits(asked.query_params.get("token", "")):
             return await self._let_in(asked)(scope, receive, send)
-        await _refuse(NO_KEY, scope, receive, send)
+        await _refuse(tr(NO_KEY), scope, receive, send)
 
     async def _answered(self, scope: Scope, receive: Receive, send: Send) -> None:
         """The page's answer with our headers; none for a browser that has left."""
@@ -120,10 +136,17 @@ class Guard:
         return answer
 
 
+def first_known(languages: str) -> str:
+    """The first language of a header Accept-Language that sentences can be said in;
+    English where there is none."""
+    tags = re.findall(r"(?:^|,)\s*([a-z]+)", languages)  # "zh-CN,zh;q=0.9,en;q=0.8"
+    return next((tag for tag in tags if tag in LANGUAGES), ENGLISH)
+
+
 def forwarding(address: str) -> str:
     """A page that opens another address at once."""
     return (
-        '<!doctype html><html lang="en"><title>benchtwin</title><meta'
+        f'<!doctype html><html lang="{spoken()}"><title>benchtwin</title><meta'
         f' http-equiv="refresh" content="0;url={html.escape(address)}">'
     )
 

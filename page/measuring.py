@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import spoken, tr
 from benchtwin.measure.batch import split_photos
 from benchtwin.measure.observe import Progress, observe, observe_or_fail
 from benchtwin.page.folder import MEASURED
@@ -167,7 +168,7 @@ def ruler(points: list[float], length_mm: float) -> tuple[float, float]:
     distance = float(np.hypot(points[2] - points[0], points[3] - points[1]))
     if distance < 10 or not 0 < length_mm < 1e5:
         raise MeasurementError(
-            "draw the ruler over at least 10 px, and say its length in mm"
+            tr("draw the ruler over at least 10 px, and say its length in mm")
         )
     scale = length_mm / distance
     return scale, scale * float(np.sqrt(2)) / distance
@@ -201,9 +202,11 @@ class CardNumber:
 
 
 def version(recording: Recording) -> tuple:
-    """Changes whenever a file changes that the number depends on."""
+    """Changes whenever a file changes that the number depends on, and with the language
+    of its reasons."""
     files = (*recording.files, *_stated(recording))
     return (
+        spoken(),
         recording.path,
         *(p.stat().st_mtime_ns if p.exists() else 0 for p in files),
     )
@@ -256,7 +259,7 @@ def main_number(rig: str | None, found: Iterable[Observation]) -> CardNumber:
     every = [q for o in found for q in o.quantities]
     lines = {line.quantity: line for line in summarise(found)}
     if not lines:
-        reason = next((q.reason for q in every if q.reason), "nothing was measured")
+        reason = next((q.reason for q in every if q.reason), tr("nothing was measured"))
         return CardNumber("", math.nan, math.nan, "", 0, FAILED, shorten_paths(reason))
     wanted = MAIN_QUANTITIES.get(rig or "", ((),))[0]
     line = lines[next((name for name in wanted if name in lines), next(iter(lines)))]
@@ -283,8 +286,8 @@ def original_name(recording: Recording) -> str:
         return ""
     if len(files) == 1:
         return files[0].name
-    between = " and " if len(files) == 2 else " to "
-    return f"{files[0].name}{between}{files[-1].name}"
+    both = tr("{} and {}") if len(files) == 2 else tr("{} to {}")
+    return both.format(files[0].name, files[-1].name)
 
 
 def _stated(recording: Recording) -> tuple[Path, Path]:

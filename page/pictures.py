@@ -14,6 +14,7 @@ import av
 import numpy as np
 from PIL import Image
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.frames import FrameFolder, FrameSource, open_frames
 from benchtwin.vision.evidence.photo import photo_size, read_photo, read_small
 from benchtwin.vision.evidence.sound import open_media
@@ -115,7 +116,7 @@ class Film:
                 for i, pixels in self.decoder.frames(first, number)
             }
             if not found:
-                raise MeasurementError(f"frame {number} cannot be decoded")
+                raise MeasurementError(tr("frame {} cannot be decoded", number))
             found[number] = found[max(found)]
         self.kept = dict([*self.kept.items()][-self.KEPT :]) | found
 
@@ -145,7 +146,7 @@ class _Decoder:
         """The first frame; MeasurementError where there is none."""
         for _, pixels in self.frames(0, 0):
             return pixels
-        raise MeasurementError(f"{self.file}: holds no frame that can be read")
+        raise MeasurementError(tr("{}: holds no frame that can be read", self.file))
 
     def numbers(self) -> list[int]:
         """Of all frames, counted where the file's header does not say them."""
@@ -171,7 +172,7 @@ class _Decoder:
                     return
         except av.error.FFmpegError as error:
             self.container = None
-            why = f"{self.file}: the video is damaged ({error.strerror})"
+            why = tr("{}: the video is damaged ({})", self.file, error.strerror)
             raise MeasurementError(why) from error
         self.container = None  # it has come to its end
         if none and not sought:
@@ -179,9 +180,9 @@ class _Decoder:
 
     def _seek(self, first: int) -> int:
         """Go to the key frame before `first`; returns `first`, or the file's last."""
-        self.container = open_media(self.file, "a video")
+        self.container = open_media(self.file, tr("a video"))
         if not self.container.streams.video:
-            raise MeasurementError(f"{self.file}: holds no picture stream")
+            raise MeasurementError(tr("{}: holds no picture stream", self.file))
         stream = self.container.streams.video[0]
         stream.thread_type = "AUTO"
         if first > 0 and not self.times:

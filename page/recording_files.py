@@ -11,6 +11,7 @@ from pathlib import Path
 
 import tomlkit
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.whole_file import new_folder
 from benchtwin.page import toml_file
 from benchtwin.page.folder import (
@@ -33,7 +34,7 @@ def split_into_photos(recording: Recording, folder: Folder) -> list[Path]:
     as it was is removed."""
     bench = _bench_of(recording.path, folder)
     if recording.evidence not in ("photos", "frames") or len(recording.files) < 2:
-        raise Refused(f"{recording.id}: there is nothing to split")
+        raise Refused(tr("{}: there is nothing to split", recording.id))
     keys, files = _keys(recording, "pile"), recording.files
     made = [_made(bench, f.stem, {f.name: f}, keys, folder) for f in files]
     remove(recording.path, folder)
@@ -68,8 +69,10 @@ def join_as_film(recordings: list[Recording], folder: Folder) -> Path:
     runs = numbered_runs([f.name for r in recordings for f in r.files], least=2)
     if len(runs) != 1 or len(next(iter(runs.values()))) != len(files):
         raise Refused(
-            "the frames of a film have one name and a number each: drop_0001.png,"
-            " drop_0002.png, …"
+            tr(
+                "the frames of a film have one name and a number each: drop_0001.png,"
+                " drop_0002.png, …"
+            )
         )
     name = next(iter(runs)).strip("-_ ") or "film"
     if len(recordings) == 1:
@@ -96,14 +99,14 @@ def rename(path: Path, name: str, folder: Folder) -> Path:
     """Give a recording another name; Refused where that is taken."""
     bench = _bench_of(path, folder)
     if not name.strip():
-        raise Refused("say the new name first")
+        raise Refused(tr("say the new name first"))
     name = clean_name(name)
     if path.is_file() and not name.endswith(path.suffix):
         name += path.suffix
     if name in (RESULTS, "frames"):
-        raise Refused(f"{name} is not a name for a recording")
+        raise Refused(tr("{} is not a name for a recording", name))
     if (bench / name).exists():
-        raise Refused(f"{name} exists already; nothing was replaced")
+        raise Refused(tr("{} exists already; nothing was replaced", name))
     if (file := path / "recording.toml").is_file():
         keys = toml_file.read(file)
         if "id" in keys.content:  # it would be shown in the place of the name
@@ -151,15 +154,15 @@ def put_back(path: Path, bench: Path) -> Path:
 
 def _bench_of(path: Path, folder: Folder) -> Path:
     if path.resolve() == folder.root.resolve():
-        raise Refused("this is the folder that the page was opened on")
+        raise Refused(tr("this is the folder that the page was opened on"))
     return folder.inside(folder.name_of(path.parent))
 
 
 def _renamed(path: Path, target: Path) -> Path:
     if not path.exists():
-        raise Refused(f"{path.name}: no longer there")
+        raise Refused(tr("{}: no longer there", path.name))
     if target.exists():
-        raise Refused(f"{target.name} exists already; nothing was replaced")
+        raise Refused(tr("{} exists already; nothing was replaced", target.name))
     path.rename(target)
     return target
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics.next_test import gain_in_words, worth_it
 from benchtwin.page.folder import (
     CALIBRATED,
@@ -41,14 +42,19 @@ def read(file: Path) -> Iterator[Path]:
     where it is not what that command leaves."""
     try:
         if file.is_file() and file.stat().st_size > MOST_BYTES:
-            raise ValueError("too large")
+            raise ValueError(tr("too large"))
         yield file
     except Refused:
         raise
     except SPOILT as error:
         raise Refused(
-            f"{RESULTS}/{file.parent.name}/{file.name} cannot be read: damaged, or left"
-            " by another version. Run that command again"
+            tr(
+                "{}/{}/{} cannot be read: damaged, or left by another version."
+                " Run that command again",
+                RESULTS,
+                file.parent.name,
+                file.name,
+            )
         ) from error
 
 
@@ -99,7 +105,10 @@ def _telling_apart(rigs: dict[str, dict]) -> list[ToRecord]:
     """What each rig's diagnosis asks for; first what would settle what matters."""
     asked = sorted(rigs.items(), key=lambda entry: not entry[1]["matters"])
     return [
-        ToRecord(f"{rig}: {f['next_record']}", SETTLES if f["matters"] else SHOWS_MORE)
+        ToRecord(
+            f"{rig}: {f['next_record']}",
+            tr(SETTLES) if f["matters"] else tr(SHOWS_MORE),
+        )
         for rig, f in asked
         if f["next_record"]
     ]

@@ -18,6 +18,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ValidationError, model_validator
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.whole_file import new_folder
 from benchtwin.page.folder import (
     CALIBRATED,
@@ -54,7 +55,7 @@ class Job(BaseModel):
         """ValueError for options that its command does not have."""
         allowed = COMMANDS[self.command][1]
         if sorted({*self.options} & {*allowed}) != sorted(self.options):
-            raise ValueError(f"{self.command} has no {' '.join(self.options)}")
+            raise ValueError(tr("{} has no {}", self.command, " ".join(self.options)))
         return self
 
 
@@ -120,7 +121,7 @@ def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder)
         job = Job.model_validate({"command": command, "options": options})
     except ValidationError:
         what = " ".join((command, *options))
-        raise Refused(f"{what}: not a command for a bench") from None
+        raise Refused(tr("{}: not a command for a bench", what)) from None
     folder.refuse_links(bench)
     folder.results(bench)
     runs = runs_of(bench)

@@ -17,6 +17,7 @@ from fastapi.responses import (
 )
 from fastapi.staticfiles import StaticFiles
 
+from benchtwin.bench.language import tr
 from benchtwin.page import pictures
 from benchtwin.page.downloads import card_files, packed_bench, sheet, zipped
 from benchtwin.page.folder import MARK, RESULTS, Folder, Refused
@@ -85,10 +86,10 @@ def _files(app: FastAPI, site: Site, incoming: Path) -> None:
     @app.put("/upload/{batch}")
     async def upload(batch: str, name: str, request: Request) -> Response:
         if not BATCH.fullmatch(batch):
-            raise Refused("this batch has no proper name")
+            raise Refused(tr("this batch has no proper name"))
         wrong = name.startswith("/") or {"\0", "\\"} & {*name} or len(name) > 1000
         if wrong or ".." in name.split("/"):
-            raise Refused(f"{name[:80]!r} is not a name for a file here")
+            raise Refused(tr("{!r} is not a name for a file here", name[:80]))
         check(name, int(request.headers.get("content-length", 0)), folder)
         place = incoming / batch
         place.mkdir(exist_ok=True)
@@ -99,7 +100,9 @@ def _files(app: FastAPI, site: Site, incoming: Path) -> None:
             file.unlink(missing_ok=True)
             if not isinstance(error, OSError):
                 raise
-            raise Refused(f"{name}: cannot be written: {error.strerror}") from error
+            raise Refused(
+                tr("{}: cannot be written: {}", name, error.strerror)
+            ) from error
         site.batches.setdefault(batch, []).append(ReceivedFile(name, file))
         return Response(status_code=204)
 
@@ -126,7 +129,7 @@ def _files(app: FastAPI, site: Site, incoming: Path) -> None:
             or path.suffix not in SERVED
             or not any((p / MARK).is_file() for p in within)
         ):
-            raise Refused(f"{name}: not among the results here")
+            raise Refused(tr("{}: not among the results here", name))
         headers = {"cache-control": "no-cache"}
         if path.suffix == ".html":
             headers["content-security-policy"] = (
@@ -173,7 +176,7 @@ async def _receive(request: Request, file: Path, name: str, folder: Folder) -> N
             out.write(chunk)
     check(name, size, folder)
     if not size:
-        raise Refused(f"{name}: the file is empty (0 bytes)")
+        raise Refused(tr("{}: the file is empty (0 bytes)", name))
 
 
 def _pictures(app: FastAPI, site: Site) -> None:
@@ -204,16 +207,16 @@ def _pictures(app: FastAPI, site: Site) -> None:
     def wave(r: str, a: float, b: float, n: int) -> Response:
         sound, _ = site.sound(site.recording(r))
         if not (math.isfinite(a) and math.isfinite(b) and a < b):
-            raise Refused(f"{a:g} to {b:g} s is no stretch of a sound")
+            raise Refused(tr("{:g} to {:g} s is no stretch of a sound", a, b))
         return JSONResponse(waveform(sound, a, b, n))
 
     @app.get("/sound")
     def heard(r: str) -> Response:
         file = sound_of(site.recording(r))
         if file is None:
-            raise Refused(f"{r} has no sound")
+            raise Refused(tr("{} has no sound", r))
         if not file.stat().st_size:
-            raise Refused(f"{file.name}: the file is empty (0 bytes)")
+            raise Refused(tr("{}: the file is empty (0 bytes)", file.name))
         # a link out of the folder is refused
         return FileResponse(folder.inside(folder.name_of(file)))
 
@@ -221,5 +224,5 @@ def _pictures(app: FastAPI, site: Site) -> None:
     def overlay(r: str, name: str) -> Response:
         found = site.observation(site.recording(r))
         if name not in found.pictures:
-            raise Refused(f"{name}: no such picture")
+            raise Refused(tr("{}: no such picture", name))
         return jpeg(pictures.as_jpeg(found.pictures[name])[0])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.page.folder import CALIBRATED, Folder
 from benchtwin.page.results import json_content, read
 from benchtwin.report.draw import listed
@@ -38,7 +39,7 @@ def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
     with read(results / CALIBRATED / "result.json") as file:
         found = [
             BenchTwinPair(
-                f"Calibration: {p['recording']}",
+                tr("Calibration: {}", p["recording"]),
                 recordings[p["recording"]],
                 file.parent / p["twin"],
                 bool(p["alike"]),
@@ -49,7 +50,9 @@ def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
     for name, path in recordings.items():
         for which in ("old", "new"):
             twin = results / "diagnosed" / "twin" / f"{name.replace('/', '-')}-{which}"
-            found.append(BenchTwinPair(f"Diagnosis: {name}, {which} twin", path, twin))
+            found.append(
+                BenchTwinPair(tr("Diagnosis: {}, {} twin", name, tr(which)), path, twin)
+            )
     return [
         b
         for b in found
@@ -76,8 +79,8 @@ def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:
     recordings = [read_recording(p) for p in (chosen.recording, chosen.twin)]
     return {
         "rig": both.rig,
-        "xname": both.x_name,
-        "yname": both.y_name,
+        "xname": tr(both.x_name),
+        "yname": tr(both.y_name),
         "x": listed(both.x[rows]),
         "bench": listed(both.bench[rows]),
         "twin": listed(both.twin[rows]),

@@ -5,6 +5,7 @@ import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.measure.observe import Progress
 from benchtwin.page import pictures
 from benchtwin.page.folder import Folder, Refused
@@ -42,7 +43,7 @@ class Site:
         gone."""
         path = self.folder.inside(name)
         if not path.exists():
-            raise Refused(f"{name}: no longer there. Was the folder moved?")
+            raise Refused(tr("{}: no longer there. Was the folder moved?", name))
         self.folder.refuse_links(path)
         for stated in ("recording.toml", "bench.toml"):
             self.folder.refuse_links(path.parent / stated)
@@ -93,7 +94,7 @@ class Site:
         none."""
         file = sound_of(recording)
         if file is None:
-            raise MeasurementError(f"{recording.id} has no sound")
+            raise MeasurementError(tr("{} has no sound", recording.id))
         key = (file, file.stat().st_mtime_ns, recording.camera.fps, recording.rig)
         if key not in self.sounds:
             self.sounds = {key: read_onsets(file, recording)}  # one at a time

@@ -13,13 +13,14 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Table
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.page.folder import Refused
 from benchtwin.vision.evidence.read_keys import MOST_BYTES, validate
 from benchtwin.vision.measurement import MeasurementError
 
 OVERTAKEN = (
-    "was changed meanwhile, elsewhere. Reload the page; what you changed here is not"
+    "{} was changed meanwhile, elsewhere. Reload the page; what you changed here is not"
     " saved"
 )
 BY_HAND = "set by hand on the page"
@@ -48,11 +49,13 @@ def text_of(path: Path) -> str:
     if not path.is_file():
         return ""
     if path.stat().st_size > MOST_BYTES:
-        raise Refused(f"{path.name}: too large for a file of keys")
+        raise Refused(tr("{}: too large for a file of keys", path.name))
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise Refused(f"{path.name}: not UTF-8 text (byte {error.start})") from error
+        raise Refused(
+            tr("{}: not UTF-8 text (byte {})", path.name, error.start)
+        ) from error
 
 
 def any_text(path: Path) -> str:
@@ -65,7 +68,7 @@ def write_text(path: Path, text: str, seen: str) -> None:
     another by now than was `seen`."""
     parsed(text, path)
     if any_text(path) != seen:
-        raise Refused(f"{path.name} {OVERTAKEN}")
+        raise Refused(tr(OVERTAKEN, path.name))
     write_whole(path, text)
 
 
@@ -74,7 +77,7 @@ def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
     read, or where something in it would be wrong that was not."""
     text = text_of(keys.path)
     if _version(text) != keys.version:
-        raise Refused(f"{keys.path.name} {OVERTAKEN}")
+        raise Refused(tr(OVERTAKEN, keys.path.name))
     document = parsed(text, keys.path)
     wrong = _wrong(document, keys.path)
     for (section, key), value in changes.items():
@@ -128,9 +131,11 @@ def parsed(text: str, path: Path) -> tomlkit.TOMLDocument:
     try:
         return tomlkit.parse(text)
     except RecursionError as error:
-        raise Refused(f"{path.name}: brackets within brackets, too deep") from error
+        raise Refused(
+            tr("{}: brackets within brackets, too deep", path.name)
+        ) from error
     except (TOMLKitError, ValueError) as error:
-        raise Refused(f"{path.name}: not valid TOML: {error}") from error
+        raise Refused(tr("{}: not valid TOML: {}", path.name, error)) from error
 
 
 def _version(text: str) -> str:
@@ -204,7 +209,7 @@ def _turn(
     present = _texts(tuple(now))
     if others := [f for f in now if present[f] != now[f]]:
         names = ", ".join(f"{f.parent.name}/{f.name}" for f in others)
-        raise Refused(f"{names} was changed since; nothing was undone or redone")
+        raise Refused(tr("{} was changed since; nothing was undone or redone", names))
     for path, text in to.items():
         if text is None:
             path.unlink(missing_ok=True)

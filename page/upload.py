@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.bench.whole_file import new_folder
 from benchtwin.page.folder import Folder, Refused, clean_name, numbered
@@ -66,15 +67,26 @@ def check(name: str, size: int, folder: Folder) -> None:
     kind = KINDS.get(Path(name).suffix.lower())
     if kind is None:
         known = ", ".join(KINDS)
-        raise Refused(f"{name}: not something that benchtwin reads (it reads {known})")
+        raise Refused(
+            tr("{}: not something that benchtwin reads (it reads {})", name, known)
+        )
     if size > kind[1]:
         raise Refused(
-            f"{name}: {size / 1e6:,.0f} MB; a {kind[0]} has {kind[1] / 1e6:,.0f} MB at"
-            " most. Cut or scale it down"
+            tr(
+                "{}: {:,.0f} MB; a {} has {:,.0f} MB at most. Cut or scale it down",
+                name,
+                size / 1000000.0,
+                tr(kind[0]),
+                kind[1] / 1000000.0,
+            )
         )
     if size > shutil.disk_usage(folder.root).free - SPARE_BYTES:
         raise Refused(
-            f"{name}: {size / 1e6:,.0f} MB are more than this disk has room for"
+            tr(
+                "{}: {:,.0f} MB are more than this disk has room for",
+                name,
+                size / 1000000.0,
+            )
         )
 
 
@@ -85,7 +97,7 @@ def place_files(arrived: Iterable[ReceivedFile], bench: Path) -> Placed:
     for keys in [a for a in arrived if Path(a.name).name == "bench.toml"]:
         arrived.remove(keys)
         if (bench / "bench.toml").exists():
-            refused.append("bench.toml exists already; it was not replaced")
+            refused.append(tr("bench.toml exists already; it was not replaced"))
         else:
             keys.path.rename(bench / "bench.toml")
     for group in groups(arrived):

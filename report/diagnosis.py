@@ -6,6 +6,7 @@ import math
 
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import with_interval
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
@@ -63,7 +64,7 @@ def _rig(rig: str, f: Finding, again) -> dict:
         "key": rig,
         "finding": f,
         "verdict": words.verdict_in_words(f),
-        "tag": TAGS[tone],
+        "tag": tr(TAGS[tone]),
         "tone": tone,
         "where": _where(f),
         "sure": _sure(f),
@@ -91,12 +92,12 @@ def _rows(again) -> pd.DataFrame:
     return pd.DataFrame(
         [
             {
-                "recording": c.recording,
-                "what": c.quantity,
-                "old twin off by": c.before,
-                "new twin off by": c.after,
-                "unit": "" if c.unit == "1" else c.unit,
-                "measured on": c.by,
+                tr("recording"): c.recording,
+                tr("what"): c.quantity,
+                tr("old twin off by"): c.before,
+                tr("new twin off by"): c.after,
+                tr("unit"): "" if c.unit == "1" else c.unit,
+                tr("measured on"): c.by,
             }
             for c in again.compared
         ]
@@ -110,23 +111,25 @@ def _where(f: Finding) -> str:
         return ""
     out = words.place(f)
     if best := next((s for s in f.sectors if s.explained > 0), None):
-        share = f"{100 * best.explained:.0f} % of the mismatch"
-        out += f", which explains {share} ({words.chance(best.p)})"
+        share = tr("{:.0f} % of the mismatch", 100 * best.explained)
+        out += tr(", which explains {} ({})", share, words.chance(best.p))
     if window := words.window(f):
-        out += f"; most at {window}"
+        out += tr("; most at {}", window)
     if f.best_axis:
         axis, _ = words.AXES.get(f.best_axis, (f.best_axis, ""))
-        out += f"; what is missing follows {axis} best"
+        out += tr("; what is missing follows {} best", tr(axis))
     return out
 
 
 def _sure(f: Finding) -> str:
     """What p is, and what an alarm takes."""
-    return (
-        f"noise alone makes as great a mismatch in {words.odds(f.p_global)}"
-        f" ({words.chance(f.p_global)}); an alarm needs p < {ALARM_P},"
-        " or a condition that is followed with a probability of"
-        f" {words.percent(FOUND_PROBABILITY)}"
+    return tr(
+        "noise alone makes as great a mismatch in {} ({}); an alarm needs"
+        " p < {}, or a condition that is followed with a probability of {}",
+        words.odds(f.p_global),
+        words.chance(f.p_global),
+        ALARM_P,
+        words.percent(FOUND_PROBABILITY),
     )
 
 
@@ -134,9 +137,9 @@ def _explanations(f: Finding) -> pd.DataFrame | None:
     """The most probable first."""
     rows = [
         {
-            "what is missing": "; ".join(words.missing(n, f.rig) for n in names)
-            or "nothing",
-            "probability": words.percent(p),
+            tr("what is missing"): "; ".join(words.missing(n, f.rig) for n in names)
+            or tr("nothing"),
+            tr("probability"): words.percent(p),
         }
         for names, p in f.explanations[:MOST_EXPLANATIONS]
     ]
@@ -147,13 +150,13 @@ def _effects(f: Finding) -> pd.DataFrame | None:
     """Effects with their probability, and their size where they are there."""
     rows = [
         {
-            "what may be missing": (
-                f.laws[n].wording[0] if n in f.laws else words.missing(n, f.rig)
+            tr("what may be missing"): (
+                tr(f.laws[n].wording[0]) if n in f.laws else words.missing(n, f.rig)
             ),
-            "probability": words.percent(t.probability),
-            "size, if there (95 %)": _interval(t.size),
-            "unit": {"1": "", "deg": "°"}.get(t.unit, t.unit),
-            "in diagnosis.json": n,
+            tr("probability"): words.percent(t.probability),
+            tr("size, if there (95 %)"): _interval(t.size),
+            tr("unit"): {"1": "", "deg": "°"}.get(t.unit, t.unit),
+            tr("in diagnosis.json"): n,
         }
         for n, t in sorted(f.effects.items(), key=lambda entry: -entry[1].probability)[
             :MOST_EFFECTS
@@ -170,10 +173,10 @@ def _contact(f: Finding) -> pd.DataFrame | None:
     """Contact parameters with nothing missing and averaged over all explanations."""
     rows = [
         {
-            "parameter": name.replace("_", " "),
-            "with nothing missing": _interval(m.nothing_missing),
-            "averaged over all explanations": _interval(m.explained),
-            "moved by": f"{words.brief(abs(m.shift_sds))} of its sds",
+            tr("parameter"): name.replace("_", " "),
+            tr("with nothing missing"): _interval(m.nothing_missing),
+            tr("averaged over all explanations"): _interval(m.explained),
+            tr("moved by"): tr("{} of its sds", words.brief(abs(m.shift_sds))),
         }
         for name, m in f.contact.items()
     ]
@@ -185,7 +188,7 @@ def _sectors(f: Finding) -> pd.DataFrame:
     explains = [f"{100 * v:.0f} %" if math.isfinite(v) else "–" for v in shares]
     names = [s.name for s in f.sectors]
     return pd.DataFrame(
-        {"sector": names, "explains": explains, "p": [s.p for s in f.sectors]}
+        {tr("sector"): names, tr("explains"): explains, "p": [s.p for s in f.sectors]}
     )
 
 
@@ -194,24 +197,27 @@ def _held_out(f: Finding) -> str:
     if h is None:
         if f.verdict == "none":
             return ""
-        return "one recording only: nothing could be held out"
+        return tr("one recording only: nothing could be held out")
     if not math.isfinite(h.removed_fraction):
-        return (
-            "each recording predicted from the others: the baseline misses nothing"
-            f" beyond noise (× {h.rmse_ratio:.3f})"
+        return tr(
+            "each recording predicted from the others: the baseline misses"
+            " nothing beyond noise (× {:.3f})",
+            h.rmse_ratio,
         )
     removed = 100 * min(h.removed_fraction, 1.0)
-    return (
-        f"each recording predicted from the others: {removed:.0f} % of what the"
-        f" baseline misses is removed (residuals, noise included, × {h.rmse_ratio:.3f})"
+    return tr(
+        "each recording predicted from the others: {:.0f} % of what the"
+        " baseline misses is removed (residuals, noise included, × {:.3f})",
+        removed,
+        h.rmse_ratio,
     )
 
 
 def _model(f: Finding) -> str:
     """What the "after" curves have in them."""
     if f.left_out:
-        return " and ".join(f.modelled)
-    return "" if f.verdict == "none" else "nothing"
+        return tr(" and ").join(f.modelled)
+    return ""
 
 
 def quantities(f: Finding) -> list[tuple[str, str]]:

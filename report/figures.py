@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.procedure.surface import SurfaceFit
@@ -25,13 +26,13 @@ def steel(fit: SteelFit) -> dict:
     x = np.linspace(*box.range(rig.parameter), 101)
     y, variance = fit.surrogate.evaluate(x[:, None])
     band = 1.96 * np.sqrt(variance)
-    label = "simulated (± sd of one run)"
+    label = tr("simulated (± sd of one run)")
     at = fit.rows[rig.parameter], fit.rows[rig.response]
     rows = draw.points(*at, label, color=draw.BLUE, size=8)
     if rig.sd in fit.rows:
         sds = draw.listed(fit.rows[rig.sd])
         rows["error_y"] = {"type": "data", "color": draw.BLUE, "array": sds}
-    mean = f"bench mean {fit.bench.value:.4g} {draw.unit(rig.unit)}, ± 95 %"
+    mean = tr("bench mean {:.4g} {}, ± 95 %", fit.bench.value, draw.unit(rig.unit))
     ends = [float(x[0]), float(x[-1])]
     data = [
         draw.band(x, y - band, y + band, draw.BLUE),
@@ -122,7 +123,7 @@ STEPS = 41  # of a map, along either axis
 def path(fit: SurfaceFit) -> dict:
     """The path of steepest ascent with the bench's angle drawn in."""
     if fit.path is None:
-        raise ValueError("this pile was calibrated without a path")
+        raise ValueError(tr("this pile was calibrated without a path"))
     t = fit.path.errors
     runs = draw.line(t["group"], t[PILE.response], draw.BLUE, "simulated")
     runs |= {"mode": "lines+markers", "marker": {"size": 8}}
@@ -173,7 +174,7 @@ def residuals(fit: SurfaceFit) -> dict:
     points["text"] = [f"run {r}" for r in t["run"]]
     ends = [float(t["predicted"].min()), float(t["predicted"].max())]
     lines = [draw.line(ends, [v] * 2, draw.GREY, "", dash="dash") for v in (-3, 3)]
-    layout = draw.layout("predicted (°)", "studentised residual", showlegend=False)
+    layout = draw.layout("predicted (°)", tr("studentised residual"), showlegend=False)
     return {"data": [points, *lines], "layout": layout}
 
 
@@ -188,7 +189,9 @@ def panels(pairs: list[Pair]) -> list[dict]:
             "pictures": [
                 (title, base64.b64encode(png).decode())
                 for title, png in zip(
-                    (f"recorded: {p.recording}", "the twin"), p.pictures, strict=True
+                    (f"recorded: {p.recording}", tr("the twin")),
+                    p.pictures,
+                    strict=True,
                 )
                 if png
             ],
@@ -207,7 +210,7 @@ def side_by_side(p: Pair) -> dict:
         draw.line(x, twin, draw.ORANGE, "twin", dash="dash"),
         draw.line(x, off, draw.BLUE, "") | {"yaxis": "y2"},
     ]
-    layout = draw.layout(p.x_name, p.y_name) | {"height": 460}
+    layout = draw.layout(tr(p.x_name), tr(p.y_name)) | {"height": 460}
     layout["yaxis"] |= {"domain": [0.42, 1.0]}
     layout["yaxis2"] = {"title": {"text": "difference"}, "domain": [0.0, 0.3]}
     layout["xaxis"] |= {"anchor": "y2"}

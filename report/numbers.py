@@ -5,6 +5,7 @@ import re
 
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.report.draw import NAMES
 
 HEADINGS = {
@@ -41,7 +42,11 @@ def sentence(text: str) -> str:
 def capitalised(text: str) -> str:
     """A capital first letter and a full stop."""
     text = text.strip()
-    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?")) else ".")
+    return (
+        text[:1].upper()
+        + text[1:]
+        + ("" if text.endswith((".", "?", "。", "？")) else tr("."))
+    )
 
 
 def words(text: str) -> str:
@@ -62,7 +67,7 @@ def cells(table: pd.DataFrame) -> dict:
     """A table as headings and rows of text."""
     columns, rows = table.columns, table.itertuples(index=False, name=None)
     return {
-        "heads": [HEADINGS.get(c, str(c).replace("_", " ")) for c in columns],
+        "heads": [tr(HEADINGS.get(c, str(c).replace("_", " "))) for c in columns],
         "rows": [[_cell(v, c) for c, v in zip(columns, row)] for row in rows],
         "numeric": [bool(pd.api.types.is_numeric_dtype(table[c])) for c in columns],
     }
@@ -70,7 +75,7 @@ def cells(table: pd.DataFrame) -> dict:
 
 def _cell(value, column: str) -> str:
     if isinstance(value, bool) or type(value).__name__ == "bool":
-        return "yes" if value else "no"
+        return tr("yes") if value else tr("no")
     if isinstance(value, float) or type(value).__name__.startswith("float"):
         if not math.isfinite(value):
             return "–"
@@ -79,4 +84,4 @@ def _cell(value, column: str) -> str:
         if column == "p":
             return "<0.0001" if value < 1e-4 else f"{value:.4f}"
         return f"{value:.4g}".replace("-", "−")
-    return "" if value is None else words(str(value))
+    return "" if value is None else words(tr(str(value)))

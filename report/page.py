@@ -2,6 +2,7 @@
 
 from itertools import combinations
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import beside_interval, with_interval
 from benchtwin.calibrate.procedure.calibration import (
     CALIBRATED,
@@ -74,9 +75,12 @@ def _equation(fit: SteelFit) -> str:
     powers = ("", " x", " x²", " x³")[: len(curve.coefficients)][::-1]
     terms = [f"{v:+.5g}{power}" for v, power in zip(curve.coefficients, powers)]
     law = " ".join(terms).removeprefix("+").replace("-", "−")
-    return (
-        f"{fit.rig.equation}: y = {law}, R² {curve.r2:.4f}; it gives the bench's mean"
-        f" at {curve.at(fit.bench.value):.4g}."
+    return tr(
+        "{}: y = {}, R² {:.4f}; it gives the bench's mean at {:.4g}.",
+        fit.rig.equation,
+        law,
+        curve.r2,
+        curve.at(fit.bench.value),
     )
 
 

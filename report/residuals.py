@@ -6,6 +6,7 @@ from html import escape
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.words import AXES
 from benchtwin.infer.finding import Curve
 from benchtwin.infer.follow import Follow
@@ -27,7 +28,7 @@ SHADES = (
 def before_and_after(curves: list[Curve], model: str) -> dict:
     """Two panels above each other on one scale: residuals of the baseline, and with
     `model` ("" where there is none)."""
-    panels = [("the twin as it was", "left_by_baseline", "y")]
+    panels = [(tr("the twin as it was"), "left_by_baseline", "y")]
     if model and model != "nothing":
         panels.append((f"with {model}", "left_by_model", "y2"))
     data, reach = [], 0.0

@@ -3,6 +3,7 @@ tables."""
 
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure.calibration import LEVEL, Calibration, parameters
 from benchtwin.calibrate.procedure.words import in_status
@@ -80,17 +81,17 @@ def _means(c: Calibration) -> pd.DataFrame:
 
 def _methods(c: Calibration) -> pd.DataFrame:
     """What a reader of the numbers has to know; a paragraph for a paper first."""
-    rows: list[tuple[str, str, object]] = [("in words", "", in_words(c))]
-    rows += [(key.replace("_", " "), "", text) for key, text in CONVENTIONS.items()]
+    rows: list[tuple[str, str, object]] = [(tr("in words"), "", in_words(c))]
+    rows += [(key.replace("_", " "), "", tr(text)) for key, text in CONVENTIONS.items()]
     materials, _ = materials_and_shape(c.bench.seed, Parameters())
     for role, material in materials.items():
         for key, value in material.items():
             if isinstance(value, str | int | float):
                 what = f"{role}: {key.replace('_', ' ')}"
                 rows.append((what, UNITS.get(key, ""), value))
-    rows += [(rig, "", f"not calibrated: {why}") for rig, why in c.refused.items()]
-    rows += [("seed of the random numbers", "1", c.seed)]
-    rows += [(f"version of {name}", "", text) for name, text in versions().items()]
+    rows += [(rig, "", tr("not calibrated: {}", why)) for rig, why in c.refused.items()]
+    rows += [(tr("seed of the random numbers"), "1", c.seed)]
+    rows += [(tr("version of {}", name), "", text) for name, text in versions().items()]
     return pd.DataFrame(rows, columns=METHODS)
 
 
@@ -107,12 +108,17 @@ def in_words(c: Calibration) -> str:
         f" {in_status(r.status, words(r.remark))}"
         for r in parameters(c).itertuples()
     ]
-    by = "printed simulations" if c.mode == "tables" else SIMULATED
-    return (
-        f"Contact parameters were calibrated with benchtwin {versions()['benchtwin']}:"
-        f" means over repeats ± their standard deviation ({'; '.join(read)}) were"
-        f" matched by {by}. Medians with intervals that hold the value with probability"
-        f" {LEVEL:.0%}, given the model: {'; '.join(found)}. Rolling friction is in"
-        " EDEM's standard convention (torque = μ_r × normal force × distance from the"
-        " centroid to the contact)."
+    by = tr("printed simulations") if c.mode == "tables" else tr(SIMULATED)
+    return tr(
+        "Contact parameters were calibrated with benchtwin {}: means over"
+        " repeats ± their standard deviation ({}) were matched by {}."
+        " Medians with intervals that hold the value with probability"
+        " {:.0%}, given the model: {}. Rolling friction is in EDEM's"
+        " standard convention (torque = μ_r × normal force × distance from"
+        " the centroid to the contact).",
+        versions()["benchtwin"],
+        "; ".join(read),
+        by,
+        LEVEL,
+        "; ".join(found),
     )

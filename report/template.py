@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from benchtwin.bench.language import spoken, tr
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.versions import versions
 
@@ -35,6 +36,7 @@ def fill(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= filters
+    environment.globals |= {"tr": tr, "language": spoken()}
     page = environment.from_string(
         (files("benchtwin.report") / template).read_text(encoding="utf8")
     )

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
     PHOTOS,
@@ -36,6 +37,10 @@ BESIDE = (
     ".vtkhdf",
     "",
 )  # files that may lie beside evidence
+
+
+class NothingHere(MeasurementError):
+    """No recording lies where one was looked for."""
 
 
 def find_recordings(
@@ -74,17 +79,18 @@ def find_recordings(
         if _is_bench(folder, {path.resolve()}):
             found += find_recordings(folder, visited)
     found += [
-        MeasurementError(f"{p}: no permission to look into this folder", p.name)
+        MeasurementError(tr("{}: no permission to look into this folder", p), p.name)
         for p in closed
     ]
     found += _loose_files(path, defaults)
     loose = [*videos_in(path), *sounds_in(path)] if _is_named_bench(path) else []
     found += [_attempt(bare_recording, p) for p in loose]
-    nothing = (
-        f"{path}: nothing to measure here (no recording.toml, no photo, no video, no"
-        " sound, no track.csv)"
+    nothing = tr(
+        "{}: nothing to measure here (no recording.toml, no photo, no"
+        " video, no sound, no track.csv)",
+        path,
     )
-    return found or [MeasurementError(nothing, path.resolve().name)]
+    return found or [NothingHere(nothing, path.resolve().name)]
 
 
 def unread_files(
@@ -193,8 +199,18 @@ def _is_named_bench(folder: Path) -> bool:
 def _series_in_words(folder: Path, names: list[str], judged: Judgement) -> str:
     """What to do with a film's frames, or what may be such, among other files."""
     first, last = names[0], names[-1]
-    be = "are one film" if judged.kind == FILM else "may be one film or as many photos"
-    return (
-        f"{folder}: {first} to {last}, {len(names)} pictures, {be} ({judged.why}); put"
-        " them into a folder of their own, with a recording.toml that says the rig"
+    be = (
+        tr("are one film")
+        if judged.kind == FILM
+        else tr("may be one film or as many photos")
+    )
+    return tr(
+        "{}: {} to {}, {} pictures, {} ({}); put them into a folder of"
+        " their own, with a recording.toml that says the rig",
+        folder,
+        first,
+        last,
+        len(names),
+        be,
+        judged.why,
     )

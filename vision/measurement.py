@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import plus_minus
 
 GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
@@ -56,7 +57,7 @@ class Quantity:
 
     def __post_init__(self) -> None:
         if self.quality == GOOD and self.sd > NARROWED * self.believed_sd:
-            told = self.doubt(BELIEVED)
+            told = self.doubt(tr(BELIEVED))
             object.__setattr__(self, "quality", told.quality)
             object.__setattr__(self, "reason", told.reason)
 
@@ -113,7 +114,7 @@ def vague(quantity: Quantity) -> str:
     """A doubt of a number that is above 0 whatever it is, and known to half of itself
     at best; ""."""
     known = quantity.sd <= VAGUE * abs(quantity.value) or not math.isfinite(quantity.sd)
-    return "" if known else "known no better than to half of itself"
+    return "" if known else tr("known no better than to half of itself")
 
 
 def with_doubts(

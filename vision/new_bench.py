@@ -10,7 +10,6 @@ from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import MeasurementError
 
 SECTIONS = ("seed", "camera", "air", "reading", *RIGS)
-SIMULATED = "simulated"  # in the text of a key that measuring does not need
 HEAD = """\
 # What holds for every recording of this bench; a recording.toml beside a recording \
 says what differs.
@@ -41,7 +40,7 @@ def bench_text(name: str) -> str:
         ]
         for key, field in model.model_fields.items():
             message = " ".join((field.description or "").split())
-            if SIMULATED not in message:
+            if field.json_schema_extra is None:  # not for simulating alone
                 lines.append(f"# {key} =".ljust(38) + f"# {message}")
         parts.append("\n".join(lines) + "\n")
     return "\n".join(parts)

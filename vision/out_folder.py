@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.whole_file import folder_beside
 from benchtwin.vision.measurement import require
 
@@ -26,22 +27,30 @@ def check_out(
     `overwrite` and own output only. what: what the folder may hold, for the message;
     is_own: whether a path in it is output of the command; inputs: paths that are
     read."""
-    require(not out.exists() or out.is_dir(), f"{out}: is a file; --out names a folder")
+    require(
+        not out.exists() or out.is_dir(), tr("{}: is a file; --out names a folder", out)
+    )
     there = sorted(out.iterdir()) if out.is_dir() else []
     require(
         not there or overwrite,
-        f"{out}: exists and is not empty; choose another --out, or say --overwrite",
+        tr(
+            "{}: exists and is not empty; choose another --out, or say --overwrite", out
+        ),
     )
     for path in there:
         require(
             is_own(path),
-            f"{out}: holds something else than {what} ({path.name}); it is not"
-            " overwritten",
+            tr(
+                "{}: holds something else than {} ({}); it is not overwritten",
+                out,
+                what,
+                path.name,
+            ),
         )
     for path in inputs:
         require(
             not there or not path.resolve().is_relative_to(out.resolve()),
-            f"{out}: holds {path}, which is to be read; choose another --out",
+            tr("{}: holds {}, which is to be read; choose another --out", out, path),
         )
 
 

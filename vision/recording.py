@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import tomli_w
 
 from benchtwin.bench.keys import Air, Camera, Reading, Seed, Tracking
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS, variant_of
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.vision.evidence.film_or_photos import (
@@ -116,7 +117,7 @@ class _Recording:
         """The rig; MeasurementError naming the file where it is unknown."""
         if self.rig is None:
             raise MeasurementError(
-                f"{self.toml}: rig is missing; it is one of {', '.join(RIGS)}"
+                tr("{}: rig is missing; it is one of {}", self.toml, ", ".join(RIGS))
             )
         return self.rig
 
@@ -127,7 +128,13 @@ class _Recording:
         value = getattr(getattr(self, section), name)
         if value is None:
             raise MeasurementError(
-                f"{self.toml}: [{section}] {name} is missing; it is needed {why}"
+                tr(
+                    "{}: [{}] {} is missing; it is needed {}",
+                    self.toml,
+                    section,
+                    name,
+                    why,
+                )
             )
         return value
 
@@ -159,7 +166,7 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
     path = Path(path)
     if path.is_file():
         return bare_recording(path)
-    require(path.is_dir(), f"{path}: no such file or folder")
+    require(path.is_dir(), tr("{}: no such file or folder", path))
     if defaults is None:
         defaults = _defaults_beside(path)
     toml = path / "recording.toml"
@@ -181,8 +188,13 @@ def _recording(
         scale = stated.get("camera", {}).get("mm_per_px")
         if evidence.unitless and scale not in (None, IN_METRES):
             raise MeasurementError(
-                f"{files[0]}: its lengths have no unit, and [camera] mm_per_px ="
-                f" {scale} is of pixels; write the unit into its heading, such as x (m)"
+                tr(
+                    "{}: its lengths have no unit, and [camera] mm_per_px = {}"
+                    " is of pixels; write the unit into its heading, such as x"
+                    " (m)",
+                    files[0],
+                    scale,
+                )
             )
         kind, rig = evidence.kind, evidence.rig or None
         stated = merge(evidence.keys, stated)
@@ -234,8 +246,14 @@ def _seen_of(section: Any) -> Any:
     stated_sd = section.coverage_sd or 0.0
     require(
         off <= CONTRADICTS * math.hypot(seen.sd, stated_sd),
-        f"{file}: seeds cover {seen.share:.2f} ± {seen.sd:.2f} of the plate, and"
-        f" coverage = {section.coverage:g} is stated: leave one of both out",
+        tr(
+            "{}: seeds cover {:.2f} ± {:.2f} of the plate, and coverage = {:g}"
+            " is stated: leave one of both out",
+            file,
+            seen.share,
+            seen.sd,
+            section.coverage,
+        ),
     )
     return section
 
@@ -338,8 +356,11 @@ def _kind(path: Path) -> str:
         return evidence_of(path).kind
     known = ", ".join((*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *SOUND_SUFFIXES, *TABLES))
     raise MeasurementError(
-        f"{path}: not something to measure (known are {known}, and files of other"
-        " tools)"
+        tr(
+            "{}: not something to measure (known are {}, and files of other tools)",
+            path,
+            known,
+        )
     )
 
 
@@ -362,7 +383,7 @@ def _only(folder: Path, what: str, files: list[Path]) -> Path:
     if len(files) > 1:
         names = ", ".join(file.name for file in files)
         raise MeasurementError(
-            f"{folder}: {len(files)} {what}; a recording holds one ({names})"
+            tr("{}: {} {}; a recording holds one ({})", folder, len(files), what, names)
         )
     return files[0]
 
@@ -378,19 +399,24 @@ def _find_evidence(
             return "frames", frames
         known = ", ".join(PHOTO_SUFFIXES)
         raise MeasurementError(
-            f"{folder / 'frames'}: the folder holds no frames ({known})"
+            tr("{}: the folder holds no frames ({})", folder / "frames", known)
         )
     if videos := videos_in(folder):
         return _kind(_only(folder, "videos", videos)), tuple(videos)
     if rig != "pile" and (sounds := sounds_in(folder)):
         return "sound", (_only(folder, "sounds", sounds),)
     if tools := tool_files_in(folder):
-        return evidence_of(_only(folder, "files of other tools", tools)), tuple(tools)
+        return evidence_of(_only(folder, tr("files of other tools"), tools)), tuple(
+            tools
+        )
     if photos := tuple(photos_in(folder)):
         many = len(photos) >= LEAST_FRAMES
         filmed = _series(photos).kind == FILM if rig is None else rig != "pile"
         return "frames" if many and filmed else "photos", photos
     raise MeasurementError(
-        f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or"
-        " photos)"
+        tr(
+            "{}: no evidence ({}, frames/, a video, a sound or photos)",
+            folder,
+            ", ".join(TABLES),
+        )
     )

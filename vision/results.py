@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader
 from PIL import Image
 
 from benchtwin.bench.conditions import MEASURED
+from benchtwin.bench.language import spoken, tr
 from benchtwin.bench.numbers import stored
 from benchtwin.bench.outlets import csv_text
 from benchtwin.bench.whole_file import folder_beside
@@ -75,6 +76,7 @@ def _contact_sheet(cards: list[dict]) -> str:
     view."""
     loader = PackageLoader("benchtwin.vision.overlay", ".")
     pages = Environment(loader=loader, autoescape=True, trim_blocks=True)
+    pages.globals |= {"tr": tr, "language": spoken()}
     kinds = (FAILED, DOUBTFUL, GOOD)
     cards = sorted(cards, key=lambda card: kinds.index(card["quality"]))
     return pages.get_template("contact_sheet.html.j2").render(cards=cards, kinds=kinds)
@@ -192,7 +194,8 @@ def _rounded(
 def sheets(tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
     """The workbook's sheets by name, of the tables by theirs."""
     named = {"summary": "means over repeats"}
-    methods = pd.DataFrame([*METHODS.items()], columns=["column", "value or method"])
+    told = [(column, tr(METHODS[column])) for column in METHODS]
+    methods = pd.DataFrame(told, columns=["column", "value or method"])
     methods.loc[len(methods)] = ["measured by", f"benchtwin {version('benchtwin')}"]
     return {
         **{

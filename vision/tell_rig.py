@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS, rigs_in_words
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.frames import open_frames
@@ -33,8 +34,8 @@ def with_rig(recording: Recording) -> tuple[Recording, str]:
         if getattr(getattr(known, section), key) is None
         and not (recording.evidence in WITHOUT_CAMERA and section == "camera")
     ]
-    unknown = f"; not stated: {', '.join(missing)}" if missing else ""
-    return known, f"taken for a {rig}: {why}{unknown}"
+    unknown = tr("; not stated: {}", ", ".join(missing)) if missing else ""
+    return known, tr("taken for a {}: {}{}", rig, why, unknown)
 
 
 def _which_rig(recording: Recording) -> str:
@@ -42,11 +43,16 @@ def _which_rig(recording: Recording) -> str:
     path, series = recording.path, ""
     if recording.evidence == "photos":
         judged = film_or_photos({p.name: p for p in recording.files})
-        series = f". Its pictures may be photos of piles, or one film: {judged.why}"
+        series = tr(
+            ". Its pictures may be photos of piles, or one film: {}", judged.why
+        )
     if path.is_dir():
-        return (
-            f"{recording.toml}: rig is missing, and nothing in the evidence tells it;"
-            f" it should be {rigs_in_words()}{series}"
+        return tr(
+            "{}: rig is missing, and nothing in the evidence tells it; it"
+            " should be {}{}",
+            recording.toml,
+            rigs_in_words(),
+            series,
         )
     return (
         f"{path}: rig is missing, and nothing in the evidence tells it; go on with:"
@@ -62,7 +68,7 @@ def told_rig(recording: Recording) -> tuple[str, str] | None:
     if recording.evidence == "readings.csv":
         columns = read_readings(recording.files[0]).rows.columns
         column = next(c for c in columns if c in READING_COLUMNS)
-        return READING_COLUMNS[column][0], f"readings of {column}"
+        return READING_COLUMNS[column][0], tr("readings of {}", column)
     if recording.evidence == "track.csv":
         rows = read_track(recording.files[0]).rows
         x, y = (rows.get(f"{axis}_mm", rows.get(f"{axis}_px")) for axis in "xy")
@@ -84,7 +90,7 @@ def _rig_of_film(recording: Recording) -> tuple[str, str] | None:
     if lines and len(lines) >= LEAST_SEEN * source.count:
         turn = float(np.ptp(np.degrees([line.angle for line in lines.values()])))
         if turn > LEAST_TILT_DEG:
-            return "slide", f"a plate in the picture tilts by {turn:.0f}°"
+            return "slide", tr("a plate in the picture tilts by {:.0f}°", turn)
     for falling in (True, False):
         try:
             track = track_seed(open_frames(recording), falling=falling).track.used()

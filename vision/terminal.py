@@ -10,6 +10,7 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import with_interval, with_sd
 from benchtwin.bench.outlets import plain
 from benchtwin.bench.rigs import RIGS
@@ -40,15 +41,15 @@ def show_results(
     lines = lines if any(line.n > 1 for line in lines) else []
     _show_means(console, lines)
     if look.any():
-        console.print("\nlook at these:" if (~look).any() else "")
+        console.print(tr("\nlook at these:") if (~look).any() else "")
         _show_rows(console, table[look])
     shown_notes = notes if len(notes) <= MOST_NOTES else not_read
     for recording, note in shown_notes:
         console.print(f"{recording}: {note}", style="dim")
     counts = ", ".join(
-        f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED)
+        f"{(table['quality'] == q).sum()} {tr(q)}" for q in (GOOD, DOUBTFUL, FAILED)
     )
-    assumed = f"{len(notes)} notes on what was assumed"
+    assumed = tr("{} notes on what was assumed", len(notes))
     files = {
         "Numbers": "measurements.csv",
         "means": "summary.csv",
@@ -56,7 +57,9 @@ def show_results(
         **({assumed: "notes.csv"} if len(shown_notes) < len(notes) else {}),
     }
     places = "; ".join(
-        f"{what}: {out / name}" for what, name in files.items() if (out / name).exists()
+        f"{tr(what)}: {out / name}"
+        for what, name in files.items()
+        if (out / name).exists()
     )
     console.print(f"\n{counts}. {places}")
 
@@ -85,8 +88,10 @@ def _show_rows(console: Terminal, table: pd.DataFrame) -> None:
     shown = Table(box=None, pad_edge=False)
     for heading in ("recording", "quantity", "value", "± sd", "unit"):
         right = heading in ("value", "± sd")
-        shown.add_column(heading, justify="right" if right else "left", no_wrap=True)
-    shown.add_column("quality")
+        shown.add_column(
+            tr(heading), justify="right" if right else "left", no_wrap=True
+        )
+    shown.add_column(tr("quality"))
     for row in table.itertuples():
         value, sd = with_sd(row.value, row.sd)
         reason = f": {row.reason}" if row.reason else ""
@@ -96,7 +101,7 @@ def _show_rows(console: Terminal, table: pd.DataFrame) -> None:
             value,
             sd,
             "" if row.unit == "1" else row.unit,
-            Text.assemble((row.quality, COLOURS[row.quality]), plain(reason)),
+            Text.assemble((tr(row.quality), COLOURS[row.quality]), plain(reason)),
         )
     if len(table):
         console.print(shown)
@@ -119,19 +124,19 @@ def _show_means(console: Terminal, lines: Sequence[Line]) -> None:
     ):
         words = heading in ("mean over repeats", "unit", "")
         side: Literal["left", "right"] = "left" if words else "right"
-        shown.add_column(heading, justify=side, no_wrap=bool(heading))
+        shown.add_column(tr(heading), justify=side, no_wrap=bool(heading))
     for line in lines:
         bench = line.bench if several else ""
         name = " ".join(part for part in (bench, line.rig, line.quantity) if part)
         doubts = [
             text
             for count, text in (
-                (line.doubtful, f"{line.doubtful} of {line.n} doubtful"),
-                (line.not_measured, f"{line.not_measured} not measured"),
-                (line.all_equal, f"one number {line.n} times: it counts as one"),
+                (line.doubtful, tr("{} of {} doubtful", line.doubtful, line.n)),
+                (line.not_measured, tr("{} not measured", line.not_measured)),
+                (line.all_equal, tr("one number {} times: it counts as one", line.n)),
                 (
                     len(line.outliers),
-                    f"far from the others: {', '.join(line.outliers)}",
+                    tr("far from the others: {}", ", ".join(line.outliers)),
                 ),
             )
             if count

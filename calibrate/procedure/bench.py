@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS, variant_of
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, STEEL
 from benchtwin.calibrate.statistics.bench import (
@@ -44,6 +45,7 @@ class RigReadings:
     description: dict = field(default_factory=dict)
     recordings: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: tuple[str, ...] = ()
+    contradictions: tuple[str, ...] = ()
     further: dict[str, np.ndarray] = field(default_factory=dict)
     trimmed: int = 0
 
@@ -101,7 +103,7 @@ def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> 
     }
     if not rigs:
         why = "; ".join(why for *_, why in trouble)
-        raise ValueError(f"{folder}: nothing could be measured: {why}")
+        raise ValueError(tr("{}: nothing could be measured: {}", folder, why))
     provenance = tuple(sorted({s.provenance for s in seen if s.provenance}))
     return Bench(
         observed.folder,
@@ -135,10 +137,10 @@ def missing(bench: Bench) -> dict[str, str]:
     """Rigs without a reading, with what that costs and why."""
     costs = {n: f"{rig.parameter} is" for n, rig in STEEL.items()}
     if not bench.rigs.keys() & BESIDE.keys():
-        costs[PILE.name] = "the seed–seed parameters are"
+        costs[PILE.name] = tr("the seed–seed parameters are")
     why = {n: "; ".join(w for _, rig, w in bench.trouble if rig == n) for n in costs}
     return {
-        n: f"no {n} recording was measured, so {cost} not calibrated"
+        n: tr("no {} recording was measured, so {} not calibrated", n, cost)
         + (f": {why[n]}" if why[n] else "")
         for n, cost in costs.items()
         if n not in bench.rigs
@@ -148,10 +150,7 @@ def missing(bench: Bench) -> dict[str, str]:
 def contradictory(bench: Bench) -> list[str]:
     """Recordings of one rig that cannot all be right, as findings."""
     return [
-        f"{rig}: {note}"
-        for rig, r in bench.rigs.items()
-        for note in r.notes
-        if " contradicts the other recordings" in note
+        f"{rig}: {note}" for rig, r in bench.rigs.items() for note in r.contradictions
     ]
 
 
@@ -169,11 +168,17 @@ def _pooled(rig: str, seen: list[RecordingReadings], trimmed: int) -> RigReading
         if group is not pooled:
             names = ", ".join(s.recording for s in group)
             notes.append(
-                f"{names}: another {rig} than {pooled[0].recording}"
-                f" ({built or 'nothing stated'}); left out"
+                tr(
+                    "{}: another {} than {} ({}); left out",
+                    names,
+                    rig,
+                    pooled[0].recording,
+                    built or "nothing stated",
+                )
             )
     notes += [f"{s.recording}: {s.doubt}" for s in pooled if s.doubt]
     further = dict.fromkeys(column for s in pooled for column in s.further)
+    contradictions = tuple(_contradictions(pooled))
     return RigReadings(
         rig=rig,
         response=pooled[0].response,
@@ -182,7 +187,8 @@ def _pooled(rig: str, seen: list[RecordingReadings], trimmed: int) -> RigReading
         shared_sd=float(max(s.shared_sd for s in pooled)),
         description=_rig_description(pooled[0]),
         recordings=pd.DataFrame([_row(s) for s in seen]),
-        notes=(*notes, *_contradictions(pooled)),
+        notes=(*notes, *contradictions),
+        contradictions=contradictions,
         further={
             c: np.concatenate([s.further[c] for s in pooled if c in s.further])
             for c in further
@@ -230,8 +236,14 @@ def _contradictions(pooled: list[RecordingReadings]) -> list[str]:
     sds = [sd / np.sqrt(s.readings.size) for sd, s in zip(own, pooled)]
     found = agreement(names, [s.readings.mean() for s in pooled], sds)
     return [
-        f"{r.name}: {r.value:.4g} contradicts the other recordings ({r.others:.4g},"
-        f" {abs(r.z):.1f} standard deviations apart)"
+        tr(
+            "{}: {:.4g} contradicts the other recordings ({:.4g}, {:.1f}"
+            " standard deviations apart)",
+            r.name,
+            r.value,
+            r.others,
+            abs(r.z),
+        )
         for r in found[found["contradicts"]].itertuples()
     ]
 
@@ -249,9 +261,14 @@ def _outlier(pooled: list[RecordingReadings], alpha: float = 0.01) -> list[str]:
         return []
     rest = np.delete(x, worst)
     return [
-        f"{pooled[worst].recording}: {x[worst]:.4g} lies far from the others"
-        f" ({rest.mean():.4g} ± {rest.std(ddof=1):.2g}): look at what was found on it"
-        " before it is believed"
+        tr(
+            "{}: {:.4g} lies far from the others ({:.4g} ± {:.2g}): look at"
+            " what was found on it before it is believed",
+            pooled[worst].recording,
+            x[worst],
+            rest.mean(),
+            rest.std(ddof=1),
+        )
     ]
 
 

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import to_interval
 from benchtwin.calibrate.procedure.bench import Bench, contradictory, missing
 from benchtwin.calibrate.procedure.joint import Joint, fit_joint
@@ -95,8 +96,8 @@ class Calibration:
         if before is not None:
             apart = abs(fit.value - before[0])
             if apart > CONTRADICTS * np.hypot(fit.sd, before[1]):
-                why = f"its {fit.value:.4g} contradicts {before[0]:.4g}"
-                said = f"{why}, the {fit.rig.parameter} of the rigs before it"
+                why = tr("its {:.4g} contradicts {:.4g}", fit.value, before[0])
+                said = tr("{}, the {} of the rigs before it", why, fit.rig.parameter)
                 found = replace(self, findings=(*self.findings, f"{name}: {said}"))
                 return found.without(name, ValueError(said))
         return replace(self, steel={**self.steel, name: fit})
@@ -142,12 +143,17 @@ class Calibration:
         if not self.steel and not self.seeds:
             why = "; ".join(f"{rig}: {reason}" for rig, reason in self.refused.items())
             folder = self.bench.folder
-            raise ValueError(f"{folder}: nothing could be calibrated: {why}")
+            raise ValueError(tr("{}: nothing could be calibrated: {}", folder, why))
         joint = fit_joint(self.steel, self.seeds, rng=rng, **options)
         missed = joint.posterior.tension.query("not reached")
         findings = (
-            "finding for diagnosis: nothing that was simulated gives the bench's"
-            f" {row.observable} {row.bench:.4g}: it comes to {row.predicted:.4g}"
+            tr(
+                "finding for diagnosis: nothing that was simulated gives the"
+                " bench's {} {:.4g}: it comes to {:.4g}",
+                row.observable,
+                row.bench,
+                row.predicted,
+            )
             for row in missed.itertuples()
         )
         return replace(self, joint=joint, findings=(*self.findings, *findings))
@@ -225,20 +231,22 @@ def _status(
         o for o, v in c.verified.items() if o.split(": ")[0] in rigs and not v.agrees
     ]:
         said = ", ".join(off)
-        return DOUBTFUL, f"simulations of the most probable set miss the bench's {said}"
+        return DOUBTFUL, tr(
+            "simulations of the most probable set miss the bench's {}", said
+        )
     ratio = joint.table.set_index("factor").loc[name, "sd_ratio"]
     if 1 - ratio < NARROWED_LEAST or len(ends) == 2:
-        narrower = f"only {1 / ratio:.1f} times narrower"
+        narrower = tr("only {:.1f} times narrower", 1 / ratio)
         return UNRESOLVED, (
-            "the recordings say next to nothing of it"
+            tr("the recordings say next to nothing of it")
             if ratio > SAYS_NOTHING
-            else f"the recordings make its interval {narrower}"
+            else tr("the recordings make its interval {}", narrower)
         )
     low, high = (f"{v:g}" for v in found)
     if "high" in ends:
-        return BOUNDED, f"at least {low}; nothing is known beyond {high}"
+        return BOUNDED, tr("at least {}; nothing is known beyond {}", low, high)
     if "low" in ends:
-        return BOUNDED, f"at most {high}; nothing is known below {low}"
+        return BOUNDED, tr("at most {}; nothing is known below {}", high, low)
     return CALIBRATED, ""
 
 

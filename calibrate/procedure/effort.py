@@ -4,6 +4,7 @@ the bench's."""
 from dataclasses import dataclass, replace
 
 from benchtwin.bench.exits import Misuse
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import BySurface
 
 # some 500 seeds in place of thousands (docs/engine.md says what a run costs); what it
@@ -53,7 +54,7 @@ class Effort:
 
     def notes(self) -> tuple[str, ...]:
         """What a reader of the report must know of it."""
-        return (QUICKLY,) if self.name == "quick" else ()
+        return (tr(QUICKLY),) if self.name == "quick" else ()
 
     def simulated(self, rig: BySurface, stated: dict) -> tuple[dict, tuple[str, ...]]:
         """The rig's section that is simulated where the bench states this one, and a

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings, bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
@@ -38,7 +39,9 @@ def calibrate_tables(folder: Path | Observed, *, seed: int = 1) -> Calibration:
     tables = Path(folder) / "tables"
     if not tables.is_dir():
         needed = ", ".join(f"{name}.csv" for name in (*STEEL, "design", "levels"))
-        raise FileNotFoundError(f"{tables}: not there; --tables needs {needed} in it")
+        raise FileNotFoundError(
+            tr("{}: not there; --tables needs {} in it", tables, needed)
+        )
     printed = published(tables / "published.toml")
     bench = bench_of(folder, trimmed(printed))
     found = Calibration.of("tables", bench, seed, {"tables": str(tables)})
@@ -91,7 +94,7 @@ def published(file: Path) -> dict:
     try:
         return checked(tomllib.loads(file.read_text(encoding="utf-8-sig")), file)
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"{file}: not valid TOML: {error}") from error
+        raise ValueError(tr("{}: not valid TOML: {}", file, error)) from error
 
 
 def trimmed(printed: dict) -> dict[str, int]:
@@ -114,8 +117,12 @@ def _steel(rig: ByCurve, readings: RigReadings, file: Path) -> SteelFit:
         fit = fit_steel(rig, rows, readings, rows)
         if not fit.reached:
             raise ValueError(
-                f"no {rig.parameter} of its rows gives the bench's"
-                f" {fit.bench.value:.4g} {rig.unit}"
+                tr(
+                    "no {} of its rows gives the bench's {:.4g} {}",
+                    rig.parameter,
+                    fit.bench.value,
+                    rig.unit,
+                )
             )
     return fit
 
@@ -130,10 +137,19 @@ def _outside(fit: SteelFit) -> list[str]:
     ends = curve.mean(x)
     near = int(np.argmin(abs(ends - fit.bench.value)))
     return [
-        f"{fit.rig.equation} gives {ends[near]:.4g} {fit.rig.unit} at its end"
-        f" {fit.rig.parameter} = {x[near]:g}, the bench's mean is"
-        f" {fit.bench.value:.4g} {fit.rig.unit}: it has no answer within its own rows;"
-        f" followed beyond them it answers {curve.at(fit.bench.value):.4f}"
+        tr(
+            "{} gives {:.4g} {} at its end {} = {:g}, the bench's mean is"
+            " {:.4g} {}: it has no answer within its own rows; followed beyond"
+            " them it answers {:.4f}",
+            fit.rig.equation,
+            ends[near],
+            fit.rig.unit,
+            fit.rig.parameter,
+            x[near],
+            fit.bench.value,
+            fit.rig.unit,
+            curve.at(fit.bench.value),
+        )
     ]
 
 
@@ -145,12 +161,20 @@ def _pile(readings: RigReadings, tables: Path, printed: dict) -> SurfaceFit:
     if readings.values.size == 1:
         if noise is None:
             raise ValueError(
-                f"{file}: no point run twice with different angles tells the scatter of"
-                " the bench's only pile"
+                tr(
+                    "{}: no point run twice with different angles tells the"
+                    " scatter of the bench's only pile",
+                    file,
+                )
             )
         notes.append(
-            "one bench pile: its scatter is taken to be that of the simulated piles at"
-            f" the centre, {noise[0]:.2g}° on {noise[1]:g} degrees of freedom"
+            tr(
+                "one bench pile: its scatter is taken to be that of the"
+                " simulated piles at the centre, {:.2g}° on {:g} degrees of"
+                " freedom",
+                noise[0],
+                noise[1],
+            )
         )
     mean = readings.mean(other=noise)
     path, walked, sd = None, tables / "path.csv", noise[0] if noise else 0.0

@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.observed import (
     PileObservables,
@@ -42,7 +43,9 @@ def recorded_tests(name: str, seen: PileObservables) -> list[BenchTest]:
             what = column.rsplit("_", 1)[0].replace("_", " ")
             runs = seen.bench.n
             noise = np.array([[through[0].noise_sd ** 2 / runs]])
-            named = f"the {what} of the {rig.in_plural} that are recorded already"
+            named = tr(
+                "the {} of the {} that are recorded already", what, rig.in_plural
+            )
             tests.append(BenchTest(named, (through[0],), noise, runs, 0.0))
     return tests
 
@@ -108,8 +111,8 @@ def in_words(tests: pd.DataFrame) -> list[str]:
     if tests.empty:
         return []
     return [
-        f"worth adding: {row.test}"
-        + (f" (about {row.minutes:.0f} min)" if row.minutes else "")
+        tr("worth adding: {}", row.test)
+        + (tr(" (about {:.0f} min)", row.minutes) if row.minutes else "")
         + f", {gain_in_words(row.variance_left_after, with_others=k > 0)}"
         for k, row in enumerate(worth_it(tests).head(MOST_SAID).itertuples())
     ]
@@ -122,12 +125,20 @@ def untried_in_words(left: Sequence[str], recorded: Collection[str]) -> list[str
     if not left:
         return []
     untried = [
-        f"{' and '.join(told)}: {rig.in_plural} tell it by themselves; {rig.made}"
+        tr(
+            "{}: {} tell it by themselves; {}",
+            tr(" and ").join(told),
+            rig.in_plural,
+            rig.made,
+        )
         for name, rig in BESIDE.items()
         if name not in recorded and (told := [p for p in left if p in rig.answers])
     ]
     return [
         *untried,
-        f"{' and '.join(left)}: --next-test simulates the tests that this bench has"
-        " none of, and says what each would leave",
+        tr(
+            "{}: --next-test simulates the tests that this bench has none of,"
+            " and says what each would leave",
+            tr(" and ").join(left),
+        ),
     ]

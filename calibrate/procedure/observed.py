@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.linalg import block_diag
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import Believed, BySurface
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.rigs import PILE
@@ -114,7 +115,7 @@ def observed(
                 shared_sd=shared if own else 0.0,
             )
         except ValueError as error:
-            notes.append(f"not used in the posterior: {error}")
+            notes.append(tr("not used in the posterior: {}", error))
             continue
         found.append(Observable(name, surrogate, mean))
         errors[name] = residuals
@@ -151,9 +152,11 @@ def _read(
     if not weighed or alike:
         return read, []
     ratios = _ratios(read, rig)
-    note = (
-        f"not used in the posterior: {' and '.join(weighed)}, weighed of the"
-        f" {rig.name} as described, not of the slice"
+    note = tr(
+        "not used in the posterior: {}, weighed of the {} as described,"
+        " not of the slice",
+        tr(" and ").join(weighed),
+        rig.name,
     )
     note += "".join(f"; {ratio} is" for ratio in ratios)
     return {c: v for c, v in read.items() if c not in weighed} | ratios, [note]

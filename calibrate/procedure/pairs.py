@@ -4,6 +4,7 @@ at the most probable set of parameters."""
 from collections.abc import Callable
 from pathlib import Path
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import Effort
@@ -31,14 +32,19 @@ def pairs(
         recording = _nearest(c, rig, entries)
         if recording is None:
             continue
-        say(f"{rig}: {recording.id} beside its twin")
+        say(tr("{}: {} beside its twin", rig, recording.id))
         try:
             found.append(_pair(recording, at, c, effort, out / rig, engine))
         # no graphics, a full disk, a seed that flies off: a picture less, not a
         # calibration
         except Exception as error:
             why.append(
-                f"{rig}: {recording.id} could not be shown beside its twin: {error}"
+                tr(
+                    "{}: {} could not be shown beside its twin: {}",
+                    rig,
+                    recording.id,
+                    error,
+                )
             )
     return found, why
 

@@ -15,6 +15,7 @@ from pydantic import (
     field_validator,
 )
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.calibration import FOLLOWS
 from benchtwin.calibrate.procedure.rigs import PILE, SEED_FACTORS, STEEL
@@ -101,7 +102,12 @@ def _compared(
     unknown = [item for item in printed if item not in recomputed]
     if unknown:
         raise ValueError(
-            f"{where}: unknown item {unknown[0]!r}; known are {', '.join(recomputed)}"
+            tr(
+                "{}: unknown item {!r}; known are {}",
+                where,
+                unknown[0],
+                ", ".join(recomputed),
+            )
         )
     table = compare(printed, recomputed) if printed else pd.DataFrame(columns=FOLLOWS)
     return table.assign(item=[f"{where}: {item}" for item in table["item"]])
@@ -124,7 +130,7 @@ def follows(printed: str, recomputed: float) -> bool:
     bound = text[:1] if text[:1] in "<>" else ""
     match = re.fullmatch(r"([-+]?\d*\.?(\d*))(?:[eE]([-+]?\d+))?", text[len(bound) :])
     if not match or not re.search(r"\d", match[1]):
-        raise ValueError(f"printed value {printed!r} is not a number")
+        raise ValueError(tr("printed value {!r} is not a number", printed))
     value = float(text[len(bound) :])
     unit = 10.0 ** (int(match[3] or 0) - len(match[2]))
     if bound:
@@ -138,7 +144,7 @@ def compare(printed: dict[str, str], recomputed: dict[str, float]) -> pd.DataFra
     unknown = [item for item in printed if item not in recomputed]
     if unknown:
         raise ValueError(
-            f"printed values that nothing was recomputed for: {', '.join(unknown)}"
+            tr("printed values that nothing was recomputed for: {}", ", ".join(unknown))
         )
     rows = [
         (item, text, float(recomputed[item]), follows(text, recomputed[item]))
@@ -186,7 +192,7 @@ class _Pile(_Rig):
     def _of_all(cls, optimum: dict[str, float] | None) -> dict[str, float] | None:
         if optimum is not None and set(optimum) != set(SEED_FACTORS):
             raise ValueError(
-                f"needs {', '.join(SEED_FACTORS)}; here are {', '.join(optimum)}"
+                tr("needs {}; here are {}", ", ".join(SEED_FACTORS), ", ".join(optimum))
             )
         return optimum
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import with_unit
 from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.observed import (
@@ -52,11 +53,18 @@ def simulate_design(stage: PileStage, widened: int = 0) -> pd.DataFrame:
         why = ""
         if len(lost := table[~table["status"].eq("done")]):
             first = lost.iloc[0]
-            again = f"; run it alone: {first['rerun']}" if first.get("rerun") else ""
+            again = (
+                tr("; run it alone: {}", first["rerun"]) if first.get("rerun") else ""
+            )
             why = f" ({first['reason'] or first['status']}{again})"
         raise SimulationFailed(
-            f"{stage.rig.name}: {len(done)} of {len(points)} simulated runs could be"
-            f" measured{why}"
+            tr(
+                "{}: {} of {} simulated runs could be measured{}",
+                stage.rig.name,
+                len(done),
+                len(points),
+                why,
+            )
         )
     return done
 
@@ -74,7 +82,9 @@ def simulate_seeds(
         stage = replace(stage, box=box)
         new = simulate_design(stage, widened)
         done = pd.concat([done, new], ignore_index=True)
-        notes.append("nothing in the range gave the bench's reading: it was widened")
+        notes.append(
+            tr("nothing in the range gave the bench's reading: it was widened")
+        )
     done, more = add_piles(stage, done, known=known)
     seen = _seen(stage, done)
     said = dict.fromkeys((*notes, *_left_open(stage), *more, *seen.notes))
@@ -89,13 +99,13 @@ def simulate_seeds(
 
 def _seen(stage: PileStage, done: pd.DataFrame) -> PileObservables:
     if stage.readings is None:
-        raise ValueError(f"{stage.rig.name}: the bench has no recording of it")
+        raise ValueError(tr("{}: the bench has no recording of it", stage.rig.name))
     seen = observed(
         done, stage.readings, stage.box, stage.steel, alike=stage.alike, rig=stage.rig
     )
     if not seen.observables:
         raise ValueError(
-            f"{stage.rig.name}: nothing of it can be compared with a simulation"
+            tr("{}: nothing of it can be compared with a simulation", stage.rig.name)
         )
     return seen
 
@@ -129,8 +139,14 @@ def _left_open(stage: PileStage) -> list[str]:
     name = stage.rig.rig.name
     stated = stage.description.get(name, {})
     return [
-        f"[{name}] {key} is not stated: {of.mean:g} ± {of.sd:g} is believed, which"
-        " widens the intervals; measure and state it"
+        tr(
+            "[{}] {} is not stated: {:g} ± {:g} is believed, which widens the"
+            " intervals; measure and state it",
+            name,
+            key,
+            of.mean,
+            of.sd,
+        )
         for factor, of in stage.left_open.items()
         if (key := factor.rpartition(".")[2]) not in stated
     ]
@@ -150,10 +166,16 @@ def too_scattered(
         return ()
     unit = with_unit(rig.unit)
     return (
-        f"finding for diagnosis: the bench's {rig.in_plural} scatter by"
-        f" {own:.2g}{unit}, simulated ones by {single:.2g}{unit}: recordings"
-        " contradict one another, or the bench has something that the simulation has"
-        " not",
+        tr(
+            "finding for diagnosis: the bench's {} scatter by {:.2g}{},"
+            " simulated ones by {:.2g}{}: recordings contradict one another, or"
+            " the bench has something that the simulation has not",
+            rig.in_plural,
+            own,
+            unit,
+            single,
+            unit,
+        ),
     )
 
 
@@ -184,14 +206,19 @@ def add_piles(
         added += len(points)
     if not added:
         return done, []
-    ended = "they were still shrinking when no more were allowed"
+    ended = tr("they were still shrinking when no more were allowed")
     if settled:
-        ended = "then they shrank no more"
+        ended = tr("then they shrank no more")
     readings = added * stage.rig.per_run
     return done, [
-        f"{readings} {stage.rig.in_plural} more than the design's, where they tell"
-        f" most: the intervals of the seed–seed parameters came to"
-        f" {widths[-1] / widths[0]:.0%} of their width; {ended}"
+        tr(
+            "{} {} more than the design's, where they tell most: the intervals"
+            " of the seed–seed parameters came to {:.0%} of their width; {}",
+            readings,
+            stage.rig.in_plural,
+            widths[-1] / widths[0],
+            ended,
+        )
     ]
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers
 from benchtwin.calibrate.procedure.steel import SteelFit
@@ -131,15 +132,17 @@ def verdict(table: pd.DataFrame) -> list[str]:
     for row in table[table["difference"].notna()].itertuples():
         off, sd = row.difference, row.difference_sd
         clear, same = abs(off) > CLEAR * sd, f"{CLEAR * sd:.1g} {row.unit}"
-        size = f"differs by {off:+.2g} ± {sd:.1g} {row.unit}"
+        size = tr("differs by {:+.2g} ± {:.1g} {}", off, sd, row.unit)
         read = row.response.rsplit("_", 1)[0].replace("_", " ")
-        text = f"{row.rig}: with {SEEDS[row.seeds]} the {read} "
-        text += size if clear else f"is the same within {same}"
+        text = tr("{}: with {} the {} ", row.rig, SEEDS[row.seeds], read)
+        text += size if clear else tr("is the same within {}", same)
         shift = getattr(row, "parameter_shift", np.nan)
         if clear and np.isfinite(shift):
-            text += (
-                f"; {row.parameter} would have come out {shift:+.2g} ±"
-                f" {row.parameter_shift_sd:.1g} off"
+            text += tr(
+                "; {} would have come out {:+.2g} ± {:.1g} off",
+                row.parameter,
+                shift,
+                row.parameter_shift_sd,
             )
         sentences.append(text)
     return sentences

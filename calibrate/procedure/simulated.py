@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchtwin.bench.exits import Misuse
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import (
@@ -95,7 +96,7 @@ def calibrate_simulated(
     high included), and what the simulator raises."""
     way = Way(simulate, effort, prescribed or Prescribed())
     checked_ranges(way.prescribed.ranges)
-    say("measuring the bench's recordings")
+    say(tr("measuring the bench's recordings"))
     bench = bench_of(folder)
     options = {**way.prescribed.options, "effort": asdict(effort)}
     found = Calibration.of("simulated", bench, seed, options).saying(*effort.notes())
@@ -105,19 +106,19 @@ def calibrate_simulated(
         if found.steel:
             so_far(_noted(found.joined(np.random.default_rng(seed))))
     for name in (n for n in SEEDS if n in bench.rigs):
-        say(f"{name}: seed on seed")
+        say(tr("{}: seed on seed", name))
         found = seed_rig(found, name, way)
     others: tuple[BenchTest, ...] = ()
     if effort.unrecorded and found.seeds:
-        say("what would other rigs tell?")
+        say(tr("what would other rigs tell?"))
         others = unrecorded(found, way)
-    say("all recordings together")
+    say(tr("all recordings together"))
     rng, priors = np.random.default_rng(seed), way.prescribed.priors
     found = found.joined(rng, priors=priors, ess=effort.draws, others=others)
-    say("the answer, simulated")
+    say(tr("the answer, simulated"))
     found = verified(found, way)
     if bench.seed.get("seed", {}).get("lot"):
-        say("does the seeds' shape matter?")
+        say(tr("does the seeds' shape matter?"))
         found = compare_shapes(found, way)
     return replace(_noted(found), finished=True)
 
@@ -130,13 +131,19 @@ def checked_ranges(
     for name, (low, high) in asked.items():
         if name not in RANGES:
             raise ValueError(
-                f"range of {name}: no such factor; there are {', '.join(RANGES)}"
+                tr("range of {}: no such factor; there are {}", name, ", ".join(RANGES))
             )
         least, most = SEED_LIMITS[name]
         if not (least <= low and high <= most):
             raise ValueError(
-                f"range of {name}, {low:g} to {high:g}: must lie within {least:g} to"
-                f" {most:g}"
+                tr(
+                    "range of {}, {:g} to {:g}: must lie within {:g} to {:g}",
+                    name,
+                    low,
+                    high,
+                    least,
+                    most,
+                )
             )
     ranges = RANGES | asked
     Box.of(ranges)  # names the factor whose low is not below its high
@@ -287,8 +294,12 @@ def _described(found: Calibration, rig: dict) -> dict:
 def _noted(found: Calibration) -> Calibration:
     """With what was assumed: for rigs that gave nothing, and of the lot."""
     assumed = [
-        f"{rig.parameter} = {rig.assumed:g} was assumed, because {name} was not"
-        " calibrated"
+        tr(
+            "{} = {:g} was assumed, because {} was not calibrated",
+            rig.parameter,
+            rig.assumed,
+            name,
+        )
         for name, rig in STEEL.items()
         if name in found.refused and (found.steel or found.seeds)
     ]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.twin.engine import OWN, Engine
 
@@ -78,7 +79,7 @@ def campaign(
             jobs = [job(r) for r in runs]
             if jobs and not told and (converted := jobs[0].converted()):
                 told = True
-                for line in (*converted, CONVERTED_ALIKE):
+                for line in (*converted, tr(CONVERTED_ALIKE)):
                     say(line)
             return run_campaign(
                 jobs, store, workers=here, scheduler=scheduler, progress=progress
@@ -113,10 +114,15 @@ def usable(
     notes = []
     if not there.all():
         first = table[~there].iloc[0]
-        again = f"; run it alone: {first['rerun']}" if first.get("rerun") else ""
+        again = tr("; run it alone: {}", first["rerun"]) if first.get("rerun") else ""
         notes.append(
-            f"{(~there).sum()} of {len(table)} simulated runs gave nothing"
-            f" ({first['reason'] or first['status']}{again})"
+            tr(
+                "{} of {} simulated runs gave nothing ({}{})",
+                (~there).sum(),
+                len(table),
+                first["reason"] or first["status"],
+                again,
+            )
         )
     if there.mean() < least:
         raise SimulationFailed(notes[0])

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
@@ -186,12 +187,19 @@ def simulate_steel(stage: SteelStage) -> SteelFit:
         new, more = _simulated(stage, values)
         runs = pd.concat([runs, new], ignore_index=True)
         ends = f"{values.min():.3g} … {values.max():.3g}"
-        notes += [*more, f"range extended to {stage.rig.parameter} {ends}"]
+        notes += [*more, tr("range extended to {} {}", stage.rig.parameter, ends)]
     if not fit.reached:
         rig, x = stage.rig, fit.rows[stage.rig.parameter]
         raise Unreachable(
-            f"finding for diagnosis: no {rig.parameter} from {x.min():g} to {x.max():g}"
-            f" gives the bench's {fit.bench.value:.4g} {rig.unit}"
+            tr(
+                "finding for diagnosis: no {} from {:g} to {:g} gives the"
+                " bench's {:.4g} {}",
+                rig.parameter,
+                x.min(),
+                x.max(),
+                fit.bench.value,
+                rig.unit,
+            )
         )
     fit, more = _narrowed(stage, fit)
     return replace(fit, notes=tuple(dict.fromkeys(notes + more)))
@@ -277,5 +285,7 @@ def _narrowed(stage: SteelStage, fit: SteelFit) -> tuple[SteelFit, list[str]]:
     again = stage.fit(close)
     if not again.reached:
         return fit, notes
-    said = f"narrowed to {low:.3g} … {high:.3g}, because the surrogate does not follow"
-    return again, [*notes, f"{said} the whole range"]
+    said = tr(
+        "narrowed to {:.3g} … {:.3g}, because the surrogate does not follow", low, high
+    )
+    return again, [*notes, tr("{} the whole range", said)]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.procedure.observed import PileObservables, observed
 from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.rigs import PILE
@@ -86,7 +87,7 @@ def simulate_surface(stage: PileStage) -> tuple[SurfaceFit, PileObservables]:
     """Path, design and fit on simulated piles; and what the same piles say in the
     posterior. ValueError, SimulationFailed."""
     if stage.readings is None:
-        raise ValueError(f"{PILE.name}: the bench has no recording of it")
+        raise ValueError(tr("{}: the bench has no recording of it", PILE.name))
     target = float(stage.readings.values.mean())
     steps = equal_steps(stage.box, STEPS)
     table, walked = stage.piles(steps, PATH_PACKINGS)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.rigs import (
     PILE,
@@ -42,16 +43,24 @@ def levels_table(file: Path) -> pd.DataFrame:
     if sorted(levels["coded"]) != [-1, 0, 1]:
         found = ", ".join(f"{v:g}" for v in levels["coded"])
         raise ValueError(
-            f"{file}: column coded should hold −1, 0 and 1, a row each; here are"
-            f" {found}"
+            tr(
+                "{}: column coded should hold −1, 0 and 1, a row each; here are {}",
+                file,
+                found,
+            )
         )
     by = levels.set_index("coded")
     for name in (c for c in levels if c != "coded"):
         low, middle, high = by.loc[-1, name], by.loc[0, name], by.loc[1, name]
         if low < high and abs(middle - (low + high) / 2) > 0.01 * (high - low):
             raise ValueError(
-                f"{file}: {name} at 0 should be midway, {(low + high) / 2:g}; here is"
-                f" {middle:g}"
+                tr(
+                    "{}: {} at 0 should be midway, {:g}; here is {:g}",
+                    file,
+                    name,
+                    (low + high) / 2,
+                    middle,
+                )
             )
     return levels
 
@@ -82,8 +91,12 @@ def path_table(file: Path) -> pd.DataFrame:
         path.insert(0, "group", np.arange(1, len(path) + 1))
     if len(part := path.index[path["group"] % 1 != 0]):
         raise ValueError(
-            f"{file}: group = {path['group'][part[0]]:g} in row {part[0] + 2}; it"
-            " should be a whole number"
+            tr(
+                "{}: group = {:g} in row {}; it should be a whole number",
+                file,
+                path["group"][part[0]],
+                part[0] + 2,
+            )
         )
     return path.astype({"group": int})
 
@@ -100,6 +113,6 @@ def naming(file: Path) -> Iterator[None]:
 def _numbers(file: Path, needed: dict, optional: dict | None = None) -> pd.DataFrame:
     if not file.is_file():
         raise FileNotFoundError(
-            f"{file}: not there; it should have the columns {', '.join(needed)}"
+            tr("{}: not there; it should have the columns {}", file, ", ".join(needed))
         )
     return read_numbers(file, needed, optional)

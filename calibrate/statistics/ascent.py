@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics.box import Box
 
 
@@ -17,7 +18,7 @@ def equal_steps(box: Box, steps: int) -> pd.DataFrame:
     Raises ValueError for fewer than 3 steps: the centre needs a neighbour on either
     side."""
     if steps < 3:
-        raise ValueError(f"steps: at least 3, not {steps}")
+        raise ValueError(tr("steps: at least 3, not {}", steps))
     path = np.linspace(box.low, box.high, steps)
     table = pd.DataFrame(path, columns=list(box.names))
     table = table.map(lambda v: float(f"{v:.12g}"))
@@ -29,7 +30,7 @@ def relative_error(simulated: ArrayLike, bench: float) -> np.ndarray:
     """τ = |θ₂ − θ₁|/θ₁ (Eq. 4), a fraction; simulated θ₂, bench θ₁. Raises ValueError
     where the bench's value is zero."""
     if bench == 0:
-        raise ValueError("bench: a relative error needs a value other than zero")
+        raise ValueError(tr("bench: a relative error needs a value other than zero"))
     return np.abs(np.asarray(simulated, dtype=float) - bench) / abs(bench)
 
 
@@ -66,7 +67,7 @@ def choose_centre(
     """
     values = path[[response, *factors]].to_numpy(float)
     if len(path) < 3:
-        raise ValueError(f"path: at least 3 groups, not {len(path)}")
+        raise ValueError(tr("path: at least 3 groups, not {}", len(path)))
     error = relative_error(values[:, 0], bench)
     errors = path.assign(relative_error=error)
     group = _groups(path)
@@ -74,14 +75,21 @@ def choose_centre(
     notes = []
     if best in (0, len(path) - 1):
         notes.append(
-            f"group {group[best]} is an end of the path: lengthen it beyond"
-            f" {'its start' if best == 0 else 'its end'}"
+            tr(
+                "group {} is an end of the path: lengthen it beyond {}",
+                group[best],
+                tr("its start") if best == 0 else tr("its end"),
+            )
         )
     least, most = values[:, 0].min(), values[:, 0].max()
     if not least <= bench <= most:
         notes.append(
-            f"the path does not bracket the bench's {bench:g}: it spans {least:g} to"
-            f" {most:g}"
+            tr(
+                "the path does not bracket the bench's {:g}: it spans {:g} to {:g}",
+                bench,
+                least,
+                most,
+            )
         )
     rival = [
         str(g)
@@ -90,8 +98,11 @@ def choose_centre(
     ]
     if rival:
         notes.append(
-            f"within the noise group {', '.join(rival)} is as near as group"
-            f" {group[best]}"
+            tr(
+                "within the noise group {} is as near as group {}",
+                ", ".join(rival),
+                group[best],
+            )
         )
     middle = int(np.clip(best, 1, len(path) - 2))
     rows = slice(middle - 1, middle + 2)

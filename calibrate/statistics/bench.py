@@ -9,6 +9,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from scipy import stats
 
+from benchtwin.bench.language import tr
+
 
 @dataclass(frozen=True)
 class BenchMean:
@@ -48,19 +50,26 @@ def bench_mean(
     x = np.asarray(readings, dtype=float)
     own = np.broadcast_to(np.asarray(reading_sd, dtype=float), x.shape)
     if x.ndim != 1 or x.size < 2:
-        raise ValueError(f"{name}: {x.size} reading has no scatter; give at least two")
+        raise ValueError(
+            tr("{}: {} reading has no scatter; give at least two", name, x.size)
+        )
     if not np.isfinite(x).all():
         first = int(np.argmin(np.isfinite(x))) + 1
-        raise ValueError(f"{name}: reading {first} is not finite")
+        raise ValueError(tr("{}: reading {} is not finite", name, first))
     if (own < 0).any() or shared_sd < 0 or trimmed < 0:
         raise ValueError(
-            f"{name}: reading_sd, shared_sd and trimmed must not be negative"
+            tr("{}: reading_sd, shared_sd and trimmed must not be negative", name)
         )
     measured = float(np.sqrt(np.mean(own**2)))
     if np.ptp(x) == 0 and measured == 0:
         raise ValueError(
-            f"{name}: all {x.size} readings equal {x[0]:g}; resolution hides their"
-            " scatter: state reading_sd"
+            tr(
+                "{}: all {} readings equal {:g}; resolution hides their"
+                " scatter: state reading_sd",
+                name,
+                x.size,
+                x[0],
+            )
         )
     full = x.size + 2 * trimmed
     winsorised = np.concatenate([x, np.repeat([x.min(), x.max()], trimmed)])
@@ -79,8 +88,11 @@ def one_reading(
     """
     if not (np.isfinite(value) and scatter_sd > 0 and df >= 1 and shared_sd >= 0):
         raise ValueError(
-            f"{name}: one reading needs a scatter_sd above 0 from elsewhere, on df of"
-            " at least 1"
+            tr(
+                "{}: one reading needs a scatter_sd above 0 from elsewhere, on"
+                " df of at least 1",
+                name,
+            )
         )
     return BenchMean(float(value), float(scatter_sd), float(df), float(shared_sd), 1)
 
@@ -144,11 +156,15 @@ def verify(
     y = np.asarray(repeats, dtype=float)
     if y.ndim != 1 or y.size < 2 or not np.isfinite(y).all():
         raise ValueError(
-            f"{name}: verification needs at least two finite repeats; here are {y.size}"
+            tr(
+                "{}: verification needs at least two finite repeats; here are {}",
+                name,
+                y.size,
+            )
         )
     if bench.value == 0:
         raise ValueError(
-            f"{name}: a relative error needs a bench value other than zero"
+            tr("{}: a relative error needs a bench value other than zero", name)
         )
     own = y.var(ddof=1) / y.size
     variance = own + bench.sd**2
@@ -181,9 +197,9 @@ def agreement(
     with fewer than two recordings or an sd that is not positive."""
     y, s = np.asarray(values, dtype=float), np.asarray(sds, dtype=float)
     if y.size < 2:
-        raise ValueError("agreement needs at least two recordings")
+        raise ValueError(tr("agreement needs at least two recordings"))
     if not (s > 0).all():
-        raise ValueError(f"{list(names)[int(np.argmin(s))]}: sd must be positive")
+        raise ValueError(tr("{}: sd must be positive", list(names)[int(np.argmin(s))]))
     w = 1 / s**2
     limit = stats.norm.ppf(1 - alpha / (2 * y.size))
     aside = np.zeros(y.size, dtype=bool)

@@ -8,6 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from benchtwin.bench.language import tr
+
 
 @dataclass(frozen=True, eq=False)
 class Box:
@@ -27,20 +29,24 @@ class Box:
             limits = np.asarray(getattr(self, side), dtype=float)
             if limits.shape != (len(self.names),):
                 raise ValueError(
-                    f"{side}: {len(self.names)} factors need as many limits; here are"
-                    f" {limits.size}"
+                    tr(
+                        "{}: {} factors need as many limits; here are {}",
+                        side,
+                        len(self.names),
+                        limits.size,
+                    )
                 )
             object.__setattr__(self, side, limits)
         if not self.names:
-            raise ValueError("a box needs at least one factor")
+            raise ValueError(tr("a box needs at least one factor"))
         if len(set(self.names)) < len(self.names):
-            raise ValueError(f"factor names must differ: {', '.join(self.names)}")
+            raise ValueError(tr("factor names must differ: {}", ", ".join(self.names)))
         for name, low, high in zip(self.names, self.low, self.high):
-            here = f"here are {low:g} and {high:g}"
+            here = tr("here are {:g} and {:g}", low, high)
             if not np.isfinite([low, high]).all():
-                raise ValueError(f"{name}: limits must be finite; {here}")
+                raise ValueError(tr("{}: limits must be finite; {}", name, here))
             if low >= high:
-                raise ValueError(f"{name}: low must be below high; {here}")
+                raise ValueError(tr("{}: low must be below high; {}", name, here))
 
     @classmethod
     def of(cls, ranges: Mapping[str, tuple[float, float]]) -> "Box":

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics.box import Box
 
 SIGNS = (-1.0, 1.0)
@@ -38,12 +39,14 @@ def box_behnken(box: Box, *, centre_points: int) -> pd.DataFrame:
     k = len(box.names)
     if not 3 <= k <= 5:
         raise ValueError(
-            f"a Box–Behnken design of pairs has 3 to 5 factors; here are {k}"
+            tr("a Box–Behnken design of pairs has 3 to 5 factors; here are {}", k)
         )
     if centre_points < 1:
         raise ValueError(
-            "centre_points: at least 1, and 3 or more to see the noise; here"
-            f" {centre_points}"
+            tr(
+                "centre_points: at least 1, and 3 or more to see the noise; here {}",
+                centre_points,
+            )
         )
     coded = np.zeros((2 * k * (k - 1) + centre_points, k))
     edges = product(combinations(range(k), 2), product(SIGNS, repeat=2))

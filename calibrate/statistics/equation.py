@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 from statsmodels.regression.linear_model import OLS
 
+from benchtwin.bench.language import tr
+
 
 @dataclass(frozen=True, eq=False)
 class Equation:
@@ -36,12 +38,23 @@ def fit_equation(table: pd.DataFrame, x: str, y: str, degree: int) -> Equation:
     xs, ys = table[[x, y]].to_numpy(float).T
     if np.unique(xs).size < degree + 2:
         raise ValueError(
-            f"{x}: degree {degree} needs at least {degree + 2} different values; here"
-            f" are {np.unique(xs).size}"
+            tr(
+                "{}: degree {} needs at least {} different values; here are {}",
+                x,
+                degree,
+                degree + 2,
+                np.unique(xs).size,
+            )
         )
     if np.ptp(ys) == 0:
         raise ValueError(
-            f"{y}: all {ys.size} values equal {ys[0]:g}; {x} does not act on it"
+            tr(
+                "{}: all {} values equal {:g}; {} does not act on it",
+                y,
+                ys.size,
+                ys[0],
+                x,
+            )
         )
     fit = OLS(ys, np.vander(xs, degree + 1)).fit()
     return Equation(fit.params, float(fit.rsquared), float(xs.min()), float(xs.max()))

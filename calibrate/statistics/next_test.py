@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics.posterior import Posterior, Surrogate
 
 LEAST_GAIN = 0.01  # of the variance, for a test to be worth a word
@@ -53,7 +54,7 @@ def what_next(
     given those before) and variance_left_after (with that and all earlier picks).
     Raises ValueError for no tests, and for one of a factor without draws."""
     if not tests:
-        raise ValueError("tests: none given")
+        raise ValueError(tr("tests: none given"))
     theta = (posterior.draws / posterior.prior.sd)[list(of)].to_numpy()
     predicted, noise = zip(*(_shown(test, posterior) for test in tests))
     both = np.atleast_2d(np.cov(np.column_stack([theta, *predicted]), rowvar=False))
@@ -84,8 +85,8 @@ def _shown(test: BenchTest, posterior: Posterior) -> tuple[np.ndarray, np.ndarra
     )
     wanted = {n for s in test.surrogates for n in s.box.names}
     if unknown := sorted(wanted - set(draws.columns)):
-        said = f"{test.name} depends on {', '.join(unknown)}"
-        raise ValueError(f"{said}, of which there are no draws")
+        said = tr("{} depends on {}", test.name, ", ".join(unknown))
+        raise ValueError(tr("{}, of which there are no draws", said))
     seen = [s.evaluate(draws[list(s.box.names)].to_numpy()) for s in test.surrogates]
     own = np.diag([float(np.mean(variance)) for _, variance in seen])
     return np.column_stack([mean for mean, _ in seen]), test.noise + own
@@ -129,8 +130,9 @@ def gain_in_words(variance_left: float, *, with_others: bool) -> str:
     """What a test is expected to do to the intervals, a share of the variance being
     left."""
     narrower = 1 - float(np.sqrt(variance_left))
-    also = " together with the tests above" if with_others else ""
-    return (
-        f"expected to make the intervals of the seed–seed parameters {narrower:.0%}"
-        f" narrower{also}"
+    also = tr(" together with the tests above") if with_others else ""
+    return tr(
+        "expected to make the intervals of the seed–seed parameters {:.0%} narrower{}",
+        narrower,
+        also,
     )

@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 from scipy.optimize import minimize
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics.surface import Surface
 
 EDGE = 1e-3  # coded distance from ±1 within which a factor stands at its limit
@@ -46,7 +47,7 @@ def optimum(
     target that nothing reaches is an outcome, not an error. Raises ValueError for a
     target that is not finite or a `near` without one of the factors."""
     if not np.isfinite(target):
-        raise ValueError(f"target: {target} is not finite")
+        raise ValueError(tr("target: {} is not finite", target))
     start = np.zeros(len(surface.names)) if near is None else _coded(surface, near)
     low, high = (_extreme(surface, sign) for sign in (1, -1))
     ends = surface.mean([low, high])
@@ -60,7 +61,7 @@ def optimum(
 def _coded(surface: Surface, point: dict[str, float]) -> np.ndarray:
     missing = [n for n in surface.names if n not in point]
     if missing:
-        raise ValueError(f"no value for {', '.join(missing)}")
+        raise ValueError(tr("no value for {}", ", ".join(missing)))
     return surface.box.coded([point[n] for n in surface.names])
 
 
@@ -72,27 +73,40 @@ def _stand(
     se = float(np.sqrt(surface.variance(coded)[0]))
     outcome = "reached"
     if not least <= target <= most:
-        outcome = f"target {'below' if target < least else 'above'} all"
+        outcome = tr("target {} all", tr("below") if target < least else tr("above"))
     edge = {
         n: "high" if z > 0 else "low"
         for n, z in zip(surface.names, coded)
         if abs(z) > 1 - EDGE
     }
     words = [
-        f"the reported point gives {surface.response_name} {predicted:.4g} ± {se:.2g},"
-        f" the bench {target:.4g}"
+        tr(
+            "the reported point gives {} {:.4g} ± {:.2g}, the bench {:.4g}",
+            surface.response_name,
+            predicted,
+            se,
+            target,
+        )
     ]
     free = len(surface.names) - 1
     if outcome != "reached":
         words.append(
-            f"no parameters of the box give it (it reaches {least:.4g} to {most:.4g}):"
-            " a finding about the model, or the box is too small"
+            tr(
+                "no parameters of the box give it (it reaches {:.4g} to"
+                " {:.4g}): a finding about the model, or the box is too small",
+                least,
+                most,
+            )
         )
     elif free:
-        words.append(f"a whole set of points, of {free} dimensions, gives the same")
+        words.append(
+            tr("a whole set of points, of {} dimensions, gives the same", free)
+        )
     if edge:
-        limits = ", ".join(f"{n} at its {side} limit" for n, side in edge.items())
-        words.append(f"it lies at the edge of what was simulated: {limits}")
+        limits = ", ".join(
+            tr("{} at its {} limit", n, side) for n, side in edge.items()
+        )
+        words.append(tr("it lies at the edge of what was simulated: {}", limits))
     natural = zip(surface.names, surface.box.natural(coded))
     return Optimum(
         outcome=outcome,

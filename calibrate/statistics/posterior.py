@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 from scipy.optimize import minimize
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics.bench import BenchMean
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.prior import Prior
@@ -149,10 +150,12 @@ def finish(
         rows.append((o.name, bench, bench - z * scale, z, reached))
     columns = ["observable", "bench", "predicted", "z", "reached"]
     notes = [
-        f"no parameters of the box give the bench's {n}" for n, *_, r in rows if not r
+        tr("no parameters of the box give the bench's {}", n)
+        for n, *_, r in rows
+        if not r
     ]
     if not converged:
-        notes.insert(0, "not converged: draw longer before these numbers are used")
+        notes.insert(0, tr("not converged: draw longer before these numbers are used"))
     return Posterior(
         prior=prior,
         draws=pd.DataFrame(draws, columns=list(prior.box.names)),
@@ -202,7 +205,11 @@ def on_grid(
     k = len(prior.box.names)
     if cells**k > 1_000_000:
         raise ValueError(
-            f"cells: {cells} to the power of {k} factors is too many; sample instead"
+            tr(
+                "cells: {} to the power of {} factors is too many; sample instead",
+                cells,
+                k,
+            )
         )
     axis = (np.arange(cells) + 0.5) / cells * 2 - 1
     coded = np.stack(np.meshgrid(*[axis] * k, indexing="ij"), axis=-1).reshape(-1, k)

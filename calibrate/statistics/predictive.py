@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.optimize import brentq
 
+from benchtwin.bench.language import tr
+
 LEVEL, NORMAL_95 = 0.95, 1.959964
 # runs below which a sample variance says next to nothing: with so many its own sd is 82
 # and 100 % of it
@@ -75,15 +77,24 @@ def predictive(draws: ArrayLike, repeats: ArrayLike) -> Predictive:
     y, r = np.asarray(draws, dtype=float), np.asarray(repeats, dtype=float)
     if y.size < LEAST_DRAWS or r.size < LEAST_PACKINGS:
         raise ValueError(
-            f"{y.size} runs at drawn parameters and {r.size} at one set: "
-            f"at least {LEAST_DRAWS} and {LEAST_PACKINGS} are needed"
+            tr(
+                "{} runs at drawn parameters and {} at one set: at least {}"
+                " and {} are needed",
+                y.size,
+                r.size,
+                LEAST_DRAWS,
+                LEAST_PACKINGS,
+            )
         )
     if not (np.isfinite(y).all() and np.isfinite(r).all()):
-        raise ValueError("a run's angle is not finite")
+        raise ValueError(tr("a run's angle is not finite"))
     drawn, packed = float(y.var(ddof=1)), float(r.var(ddof=1))
     if not min(drawn, packed) > 0:
         raise ValueError(
-            "runs on different packings gave the very same angle: there is no scatter"
+            tr(
+                "runs on different packings gave the very same angle: there is"
+                " no scatter"
+            )
         )
     low, high = np.sqrt(min(drawn, packed)) / REACH, REACH * np.sqrt(max(drawn, packed))
     tau, sigma = np.meshgrid(

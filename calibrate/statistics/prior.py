@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special, stats
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics.box import Box
 
 
@@ -23,12 +24,17 @@ class Prior:
         for name, (mean, sd) in self.given.items():
             if name not in self.box.names:
                 raise ValueError(
-                    f"prior for {name}: the box has {', '.join(self.box.names)}"
+                    tr("prior for {}: the box has {}", name, ", ".join(self.box.names))
                 )
             if not (np.isfinite(mean) and np.isfinite(sd) and sd > 0):
                 raise ValueError(
-                    f"prior for {name}: mean must be finite and sd above 0; here are"
-                    f" {mean:g} and {sd:g}"
+                    tr(
+                        "prior for {}: mean must be finite and sd above 0;"
+                        " here are {:g} and {:g}",
+                        name,
+                        mean,
+                        sd,
+                    )
                 )
 
     @classmethod

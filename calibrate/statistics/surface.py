@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from statsmodels.regression.linear_model import OLS
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 
@@ -56,14 +57,19 @@ def fit_surface(table: pd.DataFrame, response: str, box: Box) -> Surface:
     n, p = x.shape
     if n <= p:
         raise ValueError(
-            f"{response}: {p} terms need at least {p + 1} runs; here are {n}"
+            tr("{}: {} terms need at least {} runs; here are {}", response, p, p + 1, n)
         )
     if np.ptp(y) == 0:
-        raise ValueError(f"{response}: all {n} values equal {y[0]:g}; nothing to fit")
+        raise ValueError(
+            tr("{}: all {} values equal {:g}; nothing to fit", response, n, y[0])
+        )
     if aliased := _aliased(x, terms):
         raise ValueError(
-            f"singular design: its {n} runs cannot tell {', '.join(aliased)} from the"
-            " other terms"
+            tr(
+                "singular design: its {} runs cannot tell {} from the other terms",
+                n,
+                ", ".join(aliased),
+            )
         )
     fit = OLS(y, x).fit()
     return Surface(response_name=response, box=box, points=points, terms=terms, fit=fit)

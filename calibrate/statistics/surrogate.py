@@ -22,6 +22,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from benchtwin.bench.language import tr
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 
@@ -67,7 +68,11 @@ def fit_surrogate(
     if len(y) < 4 or np.ptp(y) == 0:
         raise ValueError(
             f"{column}: {len(y)} runs"
-            + (f", all {y[0]:g}: the parameters do nothing to it" if len(y) else "")
+            + (
+                tr(", all {:g}: the parameters do nothing to it", y[0])
+                if len(y)
+                else ""
+            )
         )
     base, terms = _terms(k, k if curved is None else curved)
     order = np.array([sum(t) for t in terms])

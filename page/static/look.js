@@ -1,8 +1,8 @@
 // A picture, or a film, with what was found over it: zoom (wheel, + −), pan (drag), handles to drag (or Tab and arrow keys).
 // All dragging and playing happens here; a result is sent once, on release.
 const SPEEDS = [.01, .02, .05, .1, .25, .5, 1, 2];
-const NAMES = {'base-left': 'Base line, left end', 'base-right': 'Base line, right end', 'roi-0': 'Region, top left', 'roi-1': 'Region, top right', 'roi-2': 'Region, bottom left', 'roi-3': 'Region, bottom right',
-               'window-0': 'Lower height', 'window-1': 'Upper height', 'end-0': 'First end', 'end-1': 'Second end', spot: 'Place: arrow keys move it, Enter sets it'};
+const NAMES = {'base-left': tr('Base line, left end'), 'base-right': tr('Base line, right end'), 'roi-0': tr('Region, top left'), 'roi-1': tr('Region, top right'), 'roi-2': tr('Region, bottom left'), 'roi-3': tr('Region, bottom right'),
+               'window-0': tr('Lower height'), 'window-1': tr('Upper height'), 'end-0': tr('First end'), 'end-1': tr('Second end'), spot: tr('Place: arrow keys move it, Enter sets it')};
 export default {
   template: `
   <div>
@@ -18,18 +18,18 @@ export default {
       <line v-if="two && (tool === 'ruler' || tool === 'plumb')" class="ruler" :x1="two[0]" :y1="two[1]" :x2="two[2]" :y2="two[3]"/>
       <polyline v-if="path" class="track" :points="path"/>
       <g v-for="(p, i) in dots" :key="'t' + i"><circle :class="{stray: p[3], now: p[0] === frame}" class="dot" :cx="p[1]" :cy="p[2]" :r="(p[0] === frame ? 9 : 4) * unit"
-         @pointerdown="tool === 'strike' && strike($event, p[0])"><title>frame {{ p[0] }}{{ p[3] ? ', left out' : '' }}</title></circle></g>
-      <path v-for="p in places" :key="'p' + p[0]" class="placed" :class="{now: p[0] === frame}" :d="cross(p[1], p[2], (p[0] === frame ? 11 : 5) * unit)"><title>frame {{ p[0] }}, set by hand</title></path>
+         @pointerdown="tool === 'strike' && strike($event, p[0])"><title>{{ p[3] ? tr('frame {}, left out', p[0]) : tr('frame {}', p[0]) }}</title></circle></g>
+      <path v-for="p in places" :key="'p' + p[0]" class="placed" :class="{now: p[0] === frame}" :d="cross(p[1], p[2], (p[0] === frame ? 11 : 5) * unit)"><title>{{ tr('frame {}, set by hand', p[0]) }}</title></path>
       <circle v-for="h in handles" :key="h.id" class="handle" :cx="h.x" :cy="h.y" :r="8 * unit" tabindex="0" :data-handle="h.id" role="button"
          :aria-label="name(h)" @pointerdown="grab($event, h)" @keydown.stop="nudge($event, h)"/>
     </svg>
   </div>
   <div v-if="film" class="player">
-    <button type="button" @click="toggle" :aria-label="playing ? 'Pause' : 'Play'" class="play">{{ playing ? '❚❚' : '▶' }}</button>
-    <button type="button" @click="step(-1)" aria-label="One frame back">‹</button>
-    <button type="button" @click="step(1)" aria-label="One frame on">›</button>
-    <input type="range" min="0" :max="last" step="1" :value="at" @input="show(+$event.target.value)" aria-label="Frame" :aria-valuetext="moment">
-    <label>speed <select v-model.number="speed" @change="restart" aria-label="Playing speed">
+    <button type="button" @click="toggle" :aria-label="playing ? tr('Pause') : tr('Play')" class="play">{{ playing ? '❚❚' : '▶' }}</button>
+    <button type="button" @click="step(-1)" :aria-label="tr('One frame back')">‹</button>
+    <button type="button" @click="step(1)" :aria-label="tr('One frame on')">›</button>
+    <input type="range" min="0" :max="last" step="1" :value="at" @input="show(+$event.target.value)" :aria-label="tr('Frame')" :aria-valuetext="moment">
+    <label>{{ tr('speed') }} <select v-model.number="speed" @change="restart" :aria-label="tr('Playing speed')">
       <option v-for="s in speeds" :key="s" :value="s">{{ s }} ×</option></select></label>
     <span class="moment" role="status">{{ moment }}</span>
   </div>
@@ -44,9 +44,9 @@ export default {
     source() { return this.film ? this.picture(this.at) : this.src; },
     moment() {
       const n = this.film.numbers, t = (this.frame - n[0]) / this.film.rate;
-      return `frame ${this.frame} of ${n[0]} to ${n[this.last]}` + (this.film.timed ? ` · ${t.toFixed(this.film.rate > 500 ? 4 : 3)} s` : '');
+      return tr('frame {} of {} to {}', this.frame, n[0], n[this.last]) + (this.film.timed ? ` · ${t.toFixed(this.film.rate > 500 ? 4 : 3)} s` : '');
     },
-    keys() { return this.film ? 'Left and right arrow: one frame, with Shift ten. Space: play or pause. Plus, minus, 0: zoom.' : 'Plus, minus, 0: zoom. Arrow keys: move the picture.'; },
+    keys() { return this.film ? tr('Left and right arrow: one frame, with Shift ten. Space: play or pause. Plus, minus, 0: zoom.') : tr('Plus, minus, 0: zoom. Arrow keys: move the picture.'); },
     base() { return this.mine.base || this.layers.base; },
     roi() { return this.mine.roi || this.layers.roi; },
     windowLines() {
@@ -95,9 +95,10 @@ export default {
   },
   unmounted() { this.sizes.disconnect(); this.playing = false; },
   methods: {
+    tr: window.tr,
     flat(points) { return points.map(p => p[0] + ',' + p[1]).join(' '); },
     cross(x, y, r) { return `M${x - r} ${y}H${x + r}M${x} ${y - r}V${y + r}`; },
-    name(h) { return `${NAMES[h.id]}, ${Math.round(h.x)} px from the left, ${Math.round(h.y)} px from the top`; },
+    name(h) { return tr('{}, {} px from the left, {} px from the top', NAMES[h.id], Math.round(h.x), Math.round(h.y)); },
     at_base(x) { const b = this.base; return b[1] + (b[3] - b[1]) * (x - b[0]) / (b[2] - b[0]); },
     whole() { this.view = [0, 0, this.width || 1, this.height || 1]; this.measure(); },
     measure() {

@@ -1,6 +1,8 @@
 // Files dropped anywhere on the page go up one by one, then are sorted into recordings together.
+window.tr = (sentence, ...values) => (window.sentences[sentence] || sentence).replaceAll('{}', () => values.shift());
 (() => {
   const body = document.documentElement;
+  body.dataset.drop = tr('Let go to add these files');
   const files = async entry => {
     if (entry.isFile) return new Promise((yes, no) => entry.file(f => yes([[entry.fullPath.replace(/^\//, ''), f]]), no));
     const reader = entry.createReader(), inside = [];
@@ -17,13 +19,13 @@
     if (!bench || !found.length) return;
     const batch = crypto.randomUUID(), refused = [];
     for (const [i, [name, file]] of found.entries()) {
-      say(`Copying ${i + 1} of ${found.length}: ${name}`);
+      say(tr('Copying {} of {}: {}', i + 1, found.length, name));
       try {
         const answer = await fetch(`/upload/${batch}?name=${encodeURIComponent(name)}`, {method: 'PUT', body: file});
         if (!answer.ok) refused.push(await answer.text());
-      } catch (error) { refused.push(`${name}: the copy was interrupted (${error.message})`); }
+      } catch (error) { refused.push(tr('{}: the copy was interrupted ({})', name, error.message)); }
     }
-    say('Sorting …');
+    say(tr('Sorting …'));
     const answer = await fetch(`/sort/${batch}?bench=${encodeURIComponent(bench)}`, {method: 'POST'});
     const told = answer.ok ? await answer.json() : {refused: [await answer.text()], open: null};
     refused.push(...told.refused);

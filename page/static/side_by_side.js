@@ -6,8 +6,8 @@ export default {
     <div class="beside-row">
       <figure v-for="(side, k) in sides" :key="k">
         <figcaption>{{ side.title }}</figcaption>
-        <img v-if="picture(k)" :src="picture(k)" :alt="side.title + ' at ' + at">
-        <svg v-else :viewBox="'0 0 ' + ${W} + ' ' + ${H}" role="img" :aria-label="side.title + ' at ' + at">
+        <img v-if="picture(k)" :src="picture(k)" :alt="tr('{} at {}', side.title, at)">
+        <svg v-else :viewBox="'0 0 ' + ${W} + ' ' + ${H}" role="img" :aria-label="tr('{} at {}', side.title, at)">
           <line v-if="s.rig !== 'pile'" class="ground" x1="0" :x2="${W}" :y1="ground" :y2="ground"/>
           <template v-if="s.rig === 'pile'">
             <path v-if="k !== 1" class="recorded" :d="outline(s.bench)"/><path v-if="k !== 0" class="twin" :d="outline(s.twin)"/>
@@ -20,14 +20,14 @@ export default {
         </svg>
       </figure>
     </div>
-    <input type="range" min="0" :max="s.x.length - 1" step="1" v-model.number="i" :aria-label="'Through ' + s.xname" :aria-valuetext="words">
+    <input type="range" min="0" :max="s.x.length - 1" step="1" v-model.number="i" :aria-label="tr('Through {}', s.xname)" :aria-valuetext="words">
     <div class="beside-words" role="status">{{ words }}</div>
-    <svg class="curves" viewBox="0 0 ${CW} ${CH}" preserveAspectRatio="none" @pointerdown="grab" @pointermove="event => event.buttons && grab(event)" role="img" aria-label="Both over each other, and the difference below">
+    <svg class="curves" viewBox="0 0 ${CW} ${CH}" preserveAspectRatio="none" @pointerdown="grab" @pointermove="event => event.buttons && grab(event)" role="img" :aria-label="tr('Both over each other, and the difference below')">
       <path class="recorded" :d="curve(s.bench, span, 8, ${SPLIT} - 8)"/><path class="twin" :d="curve(s.twin, span, 8, ${SPLIT} - 8)"/>
       <line class="ground" x1="0" x2="${CW}" :y1="zero" :y2="zero"/><path class="off" :d="curve(off, offSpan, ${SPLIT} + 8, ${CH} - 4)"/>
       <line class="cursor" :x1="cx" :x2="cx" y1="0" y2="${CH}"/>
     </svg>
-    <div class="soft text-xs">Above: {{ s.yname }} over {{ s.xname }}, recorded (line) and twin (dashed). Below: their difference, to ± {{ short(offSpan[1]) }}. Another seed, another packing: they agree as two repeats do.{{ filmed ? '' : ' Without films, both are drawn from their tracks, at true scale.' }}</div>
+    <div class="soft text-xs">{{ tr('Above: {} over {}, recorded (line) and twin (dashed). Below: their difference, to ± {}. Another seed, another packing: they agree as two repeats do.', s.yname, s.xname, short(offSpan[1])) }} {{ filmed ? '' : tr('Without films, both are drawn from their tracks, at true scale.') }}</div>
   </div>`,
   props: {shown: Object},
   data() { return {i: Math.floor((this.shown.x.length - 1) / 3)}; },
@@ -36,7 +36,7 @@ export default {
     s() { return this.shown; },
     unit() { return (this.s.yname.match(/\(([^)]*)\)/) || ['', ''])[1]; },
     xunit() { return (this.s.xname.match(/\(([^)]*)\)/) || ['', ''])[1]; },
-    sides() { return [{title: 'recording'}, {title: 'twin'}, {title: 'difference'}]; },
+    sides() { return [{title: tr('recording')}, {title: tr('twin')}, {title: tr('difference')}]; },
     off() { return this.s.twin.map((v, k) => v - this.s.bench[k]); },
     span() { const all = [...this.s.bench, ...this.s.twin]; return [Math.min(...all), Math.max(...all)]; },
     offSpan() { const most = Math.max(...this.off.map(Math.abs), 1e-9); return [-most, most]; },
@@ -46,7 +46,7 @@ export default {
     at() { return `${this.s.xname.replace(/ \(.*/, '')} ${this.short(this.s.x[this.i])} ${this.xunit}`.trim(); },
     words() {
       const u = this.unit ? ' ' + this.unit : '';
-      return `${this.at}: recording ${this.short(this.s.bench[this.i])}${u}, twin ${this.short(this.s.twin[this.i])}${u}, difference ${this.short(this.off[this.i])}${u}`;
+      return tr('{}: recording {}, twin {}, difference {}', this.at, ...[this.s.bench, this.s.twin, this.off].map(of => this.short(of[this.i]) + u));
     },
     seed() { return this.s.seed || [Math.max(this.span[1] - this.span[0], 1) / 20, Math.max(this.span[1] - this.span[0], 1) / 20]; },
     scale() { // px a mm: drops stand upright, the rest runs from left to right
@@ -58,6 +58,7 @@ export default {
     pileSpan() { return Math.max(this.s.x[this.s.x.length - 1] - this.s.x[0], this.span[1]) || 1; },
   },
   methods: {
+    tr: window.tr,
     short(v) { return Number(v.toPrecision(4)).toString().replace('-', '−'); },
     centre(of) {
       const y = of[this.i] - this.span[0];

@@ -3,13 +3,13 @@
 const WIDE = 1000, HIGH = 240, REACH_PX = 7;
 export default {
   template: `
-  <div class="wave" ref="box" tabindex="0" @keydown="key" role="application" aria-label="Sound: arrows go from sound to sound, Enter adds or strikes out an impact">
+  <div class="wave" ref="box" tabindex="0" @keydown="key" role="application" :aria-label="tr('Sound: arrows go from sound to sound, Enter adds or strikes out an impact')">
     <svg ref="svg" viewBox="0 0 1000 240" preserveAspectRatio="none"
          @wheel.prevent="wheel" @pointerdown="down" @pointermove="move" @pointerup="up" @pointercancel="start = null">
       <path class="loud" :d="outline"/>
-      <line v-for="t in inside(marks.others)" :key="'o' + t" class="other" :x1="x(t)" :x2="x(t)" y1="214" y2="240"><title>{{ t.toFixed(4) }} s, no impact</title></line>
-      <line v-for="t in inside(marks.impacts)" :key="'i' + t" class="impact" :class="{added: isAdded(t)}" :x1="x(t)" :x2="x(t)" y1="0" y2="240" :data-impact="t"><title>{{ t.toFixed(4) }} s, impact{{ isAdded(t) ? ' set by hand' : '' }}</title></line>
-      <line v-for="t in inside(marks.struck)" :key="'s' + t" class="struck" :x1="x(t)" :x2="x(t)" y1="0" y2="240" :data-struck="t"><title>{{ t.toFixed(4) }} s, struck out by hand</title></line>
+      <line v-for="t in inside(marks.others)" :key="'o' + t" class="other" :x1="x(t)" :x2="x(t)" y1="214" y2="240"><title>{{ tr('{} s, no impact', t.toFixed(4)) }}</title></line>
+      <line v-for="t in inside(marks.impacts)" :key="'i' + t" class="impact" :class="{added: isAdded(t)}" :x1="x(t)" :x2="x(t)" y1="0" y2="240" :data-impact="t"><title>{{ isAdded(t) ? tr('{} s, impact set by hand', t.toFixed(4)) : tr('{} s, impact', t.toFixed(4)) }}</title></line>
+      <line v-for="t in inside(marks.struck)" :key="'s' + t" class="struck" :x1="x(t)" :x2="x(t)" y1="0" y2="240" :data-struck="t"><title>{{ tr('{} s, struck out by hand', t.toFixed(4)) }}</title></line>
       <line v-if="cursor !== null" class="cursor" :x1="x(cursor)" :x2="x(cursor)" y1="0" y2="240"/>
     </svg>
     <div class="wave-axis"><span v-for="t in ticks" :key="t" :style="{left: x(t) / 10 + '%'}">{{ label(t) }}</span></div>
@@ -36,15 +36,19 @@ export default {
     },
     sounds() { return [...(this.marks.others || []), ...(this.marks.impacts || [])].sort((a, b) => a - b); },
     words() {
-      if (this.cursor === null) return 'Click an impact to strike it out, another sound to add it. Wheel or + − 0 zoom, dragging pans; arrows and Enter do the same by key.';
+      if (this.cursor === null) return tr('Click an impact to strike it out, another sound to add it. Wheel or + − 0 zoom, dragging pans; arrows and Enter do the same by key.');
       const near = (list, reach) => (list || []).some(t => Math.abs(t - this.cursor) < reach);
-      const what = near(this.marks.struck, .004) ? 'struck out' : near(this.marks.impacts, .0005) ? 'an impact' : near(this.marks.others, .0005) ? 'a sound, no impact' : 'nothing sudden';
-      return `${this.cursor.toFixed(4)} s: ${what}. Enter ${what === 'an impact' ? 'strikes it out' : what === 'struck out' ? 'brings it back' : 'adds an impact'}.`;
+      const at = this.cursor.toFixed(4);
+      if (near(this.marks.struck, .004)) return tr('{} s: struck out. Enter brings it back.', at);
+      if (near(this.marks.impacts, .0005)) return tr('{} s: an impact. Enter strikes it out.', at);
+      if (near(this.marks.others, .0005)) return tr('{} s: a sound, no impact. Enter adds an impact.', at);
+      return tr('{} s: nothing sudden. Enter adds an impact.', at);
     },
   },
   mounted() { this.fetch(); this.sizes = new ResizeObserver(() => this.later()); this.sizes.observe(this.$refs.svg); },
   unmounted() { this.sizes.disconnect(); clearTimeout(this.timer); },
   methods: {
+    tr: window.tr,
     x(t) { return WIDE * (t - this.view[0]) / (this.view[1] - this.view[0]); },
     label(t) { return t.toFixed(Math.max(0, -Math.floor(Math.log10(this.step) + 1e-9))) + ' s'; },
     inside(list) { return (list || []).filter(t => t >= this.view[0] && t <= this.view[1]); },

@@ -2,11 +2,13 @@
 
 import asyncio
 from collections import Counter
+from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
 from nicegui import Client, background_tasks, ui
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.page.folder import RESULTS, Refused, clean_name
 from benchtwin.page.measuring import (
@@ -22,13 +24,15 @@ from benchtwin.page.views import keys_form, recording_menu, results
 from benchtwin.page.views import runs as runs_panel
 from benchtwin.page.views.frame import (
     ANSWER_S,
-    bench_attribute,
+    attribute,
     errors_shown,
     frame,
     in_words,
+    kind_in_words,
     recording_address,
     tabs,
 )
+from benchtwin.vision.find_recordings import NothingHere
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
 from benchtwin.vision.recording import Recording
@@ -56,7 +60,7 @@ def register(site: Site) -> None:
 
 def _benches(site: Site, benches: list[Path]) -> None:
     """Every bench of the folder, and a new one."""
-    ui.label("Benches in this folder").classes("text-h6")
+    ui.label(tr("Benches in this folder")).classes("text-h6")
     with ui.element("div").classes("card-grid"):
         for bench in benches:
             name = site.folder.name_of(bench)
@@ -66,16 +70,16 @@ def _benches(site: Site, benches: list[Path]) -> None:
             ):
                 ui.label(name).classes("font-bold anywhere")
                 ui.label(_holds(site, bench)).classes("soft")
-    ui.label("A new bench of your own: files dropped on it stay in its folder").classes(
-        "soft q-mt-md"
-    )
+    ui.label(
+        tr("A new bench of your own: files dropped on it stay in its folder")
+    ).classes("soft q-mt-md")
     with ui.row().classes("items-center"):
-        name_of_new = ui.input("name").props("dense")
+        name_of_new = ui.input(tr("name")).props("dense")
 
         @errors_shown
         def make() -> None:
             if not (name_of_new.value or "").strip():
-                raise Refused("say a name for the bench first")
+                raise Refused(tr("say a name for the bench first"))
             path = site.folder.inside(clean_name(name_of_new.value))
             try:
                 new_bench(path)
@@ -84,7 +88,7 @@ def _benches(site: Site, benches: list[Path]) -> None:
             ui.navigate.to(f"/bench?b={quote(site.folder.name_of(path))}")
 
         name_of_new.on("keydown.enter", make)
-        ui.button("New bench", on_click=make).props("no-caps")
+        ui.button(tr("New bench"), on_click=make).props("no-caps")
 
 
 def _holds(site: Site, bench: Path) -> str:
@@ -93,9 +97,11 @@ def _holds(site: Site, bench: Path) -> str:
         entries = site.recordings(bench)
     except Refused as error:
         return str(error)
-    rigs = Counter(r.rig or "recording" for r in entries if isinstance(r, Recording))
-    each = (f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items())
-    return ", ".join(each) or "nothing yet"
+    rigs = Counter(
+        r.rig or tr("recording") for r in entries if isinstance(r, Recording)
+    )
+    each = (tr("{} {}{}", n, rig, "" if n == 1 else "s") for rig, n in rigs.items())
+    return ", ".join(each) or tr("nothing yet")
 
 
 async def _bench(site: Site, name: str, tab: str, part: str) -> None:
@@ -105,7 +111,7 @@ async def _bench(site: Site, name: str, tab: str, part: str) -> None:
         entries = await asyncio.to_thread(site.recordings, folder)
     except (Refused, OSError) as error:
         with frame("benchtwin", back="/"):
-            ui.label(f"This bench cannot be opened: {error}").classes("failed")
+            ui.label(tr("This bench cannot be opened: {}", error)).classes("failed")
         return
     tab = tab if tab in TABS else TABS[0]
     address = f"/bench?b={quote(name)}"
@@ -116,8 +122,10 @@ async def _bench(site: Site, name: str, tab: str, part: str) -> None:
             _recordings(site, folder, entries)
         elif tab == TABS[1]:
             ui.label(
-                "A key stated here holds for every recording that does not say"
-                " otherwise (bench.toml)."
+                tr(
+                    "A key stated here holds for every recording that does not say"
+                    " otherwise (bench.toml)."
+                )
             ).classes("soft")
             keys_form.KeysForm(site, folder / "bench.toml", None, {})
         elif tab == TABS[2]:
@@ -130,30 +138,32 @@ def _recordings(
     site: Site, bench: Path, entries: list[Recording | MeasurementError]
 ) -> None:
     good = [e for e in entries if isinstance(e, Recording)]
-    trouble = [
-        e
-        for e in entries
-        if not isinstance(e, Recording) and "nothing to measure here" not in str(e)
-    ]
+    trouble = [e for e in entries if not isinstance(e, Recording | NothingHere)]
     with ui.row().classes("items-center"):
         ui.html(
-            '<label class="file-button q-btn bg-primary text-white">Add files<input'
-            ' type="file" multiple onchange="uploadFiles(this)"></label>',
+            '<label class="file-button q-btn bg-primary text-white">'
+            + escape(tr("Add files"))
+            + '<input type="file" multiple onchange="uploadFiles(this)"></label>',
             sanitize=False,
         )
         ui.label(
-            "or drop photos, films, tables or whole folders anywhere on this page. A"
-            " photo is measured at once."
+            tr(
+                "or drop photos, films, tables or whole folders anywhere on"
+                " this page. A"
+                " photo is measured at once."
+            )
         ).classes("soft")
     if not good and not trouble:
-        nothing = ui.label("Nothing here yet. Drop the photo of a pile to begin with.")
+        nothing = ui.label(
+            tr("Nothing here yet. Drop the photo of a pile to begin with.")
+        )
         nothing.classes("text-lg")
     for error in trouble:
         why = str(error).replace(f"{bench}/", "")
         ui.label(why).classes("failed").style("white-space: pre-wrap")
         if error.recording and (bench / error.recording).exists():
             name = site.folder.name_of(bench / error.recording)
-            ui.link(f"Open {error.recording}", recording_address(name))
+            ui.link(tr("Open {}", error.recording), recording_address(name))
     recording_menu.removed_from(bench)
     with ui.element("div").classes("card-grid"):
         cards = [(one, _card(site, one)) for one in good]
@@ -179,8 +189,7 @@ def _card(site: Site, recording: Recording) -> ui.column:
             ui.label(recording.id).classes("font-bold anywhere")
             if (file := original_name(recording)) and Path(file).stem != recording.id:
                 ui.label(file).classes("soft text-xs anywhere")
-            kind = f"{recording.rig or 'which rig?'} · {recording.evidence}"
-            ui.label(kind).classes("soft")
+            ui.label(kind_in_words(recording)).classes("soft")
             return ui.column().classes("gap-0 w-full").props("aria-live=polite")
 
 
@@ -198,9 +207,9 @@ async def _fill(
         )
         if known is None and recording.evidence not in FILMS:
             unknown.append((recording, place))
-        _number(place, known, "not measured yet" if known is None else "")
+        _number(place, known, tr("not measured yet") if known is None else "")
     for _, place in unknown:
-        _number(place, None, "measuring …")
+        _number(place, None, tr("measuring …"))
     for recording, place in unknown:
         if not client.has_socket_connection:
             return
@@ -222,7 +231,7 @@ def _number(place: ui.column, known: CardNumber | None, words: str) -> None:
             repeats = f" · n = {known.n}" if known.n > 1 else ""
             said = ui.label(f"{in_words(known.quantity)} {value}{repeats}")
             said.classes("font-medium")
-        quality = ui.label(known.quality).classes(f"{known.quality} text-sm")
+        quality = ui.label(tr(known.quality)).classes(f"{known.quality} text-sm")
         if known.reason:
             ui.label(known.reason).classes("soft text-xs anywhere clamped")
-            quality.props(f'title="{bench_attribute(known.reason)}"')
+            quality.props(f'title="{attribute(known.reason)}"')

@@ -4,36 +4,50 @@ recording beside twin)."""
 
 import html
 import inspect
+import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial, wraps
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from nicegui import ui
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
+from nicegui.language import Language
 
+from benchtwin.bench.language import spoken, tr
 from benchtwin.bench.numbers import plus_minus, with_unit
 from benchtwin.page.folder import Refused
 from benchtwin.vision.measurement import Quantity
+from benchtwin.vision.recording import Recording
 
 ANSWER_S = 60.0  # a large bench on a busy machine takes its time
-FILES = (
-    '<link rel="stylesheet" href="/static/page.css"><script'
-    ' src="/static/page.js"></script>'
+SAID = sorted(  # sentences of the scripts, which get them in the language spoken
+    {
+        sentence
+        for file in Path(__file__).parents[1].glob("static/*.js")
+        for sentence in re.findall(r"\btr\('([^']+)'", file.read_text(encoding="utf8"))
+    }
 )
+FILES = """<link rel="stylesheet" href="/static/page.css">
+<script>window.sentences = {}</script><script src="/static/page.js"></script>"""
+TAGS: dict[str, Language] = {"en": "en-US", "zh": "zh-CN"}  # of Quasar's own words
 
 
 @contextmanager
 def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
     """The page's frame; back: where the arrow leads; bench: where dropped files go."""
-    ui.add_head_html(FILES)
+    sentences = json.dumps({s: tr(s) for s in SAID}).replace("<", "\\u003c")
+    ui.add_head_html(FILES.format(sentences))
+    ui.context.client.page.language = TAGS[spoken()]
     ui.page_title(f"{title} · benchtwin")
     with ui.header().classes("items-center q-py-sm"):
         if back:
             ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to(back)).props(
-                'flat color=white dense aria-label="Back"'
+                f'flat color=white dense aria-label="{attribute(tr("Back"))}"'
             )
         ui.label(title).classes("text-lg title")
         ui.label().props('id="upload-progress" role="status"')
@@ -41,21 +55,23 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
         turn = ui.button(
             icon="contrast", on_click=lambda: dark.set_value(not dark.value)
         )
-        turn.props('flat color=white dense aria-label="Dark or light"')
+        turn.props(
+            f'flat color=white dense aria-label="{attribute(tr("Dark or light"))}"'
+        )
     with ui.column().classes("w-full max-w-screen-2xl mx-auto") as body:
         if bench:
-            body.props(f'data-bench="{bench_attribute(bench)}"')
+            body.props(f'data-bench="{attribute(bench)}"')
         yield
 
 
 def tabs(
     labels: Iterable[str], here: str, address: Callable[[str], str], of: str
 ) -> None:
-    """Links to the parts of a page, which look like tabs: the address follows, and
-    reload, back and a bookmark lead where one was."""
-    with ui.element("nav").classes("tabs").props(f'aria-label="{of}"'):
+    """Links to the parts of a page, which look like tabs: the address follows, in
+    English, and reload, back and a bookmark lead where one was."""
+    with ui.element("nav").classes("tabs").props(f'aria-label="{attribute(tr(of))}"'):
         for label in labels:
-            link = ui.link(label, address(label))
+            link = ui.link(tr(label), address(label))
             if label == here:
                 link.props("aria-current=page")
 
@@ -75,19 +91,23 @@ def neighbours(names: list[str], here: str, caption: str) -> None:
     at = names.index(here) if here in names else 0
     with ui.row().classes("items-center gap-1 min-w-0"):
         for icon, step, key, label in (
-            ("navigate_before", -1, "j", "The recording before"),
-            ("navigate_next", 1, "k", "The next recording"),
+            ("navigate_before", -1, "j", tr("The recording before")),
+            ("navigate_next", 1, "k", tr("The next recording")),
         ):
             if 0 <= at + step < len(names):
                 go = partial(open_recording, names[at + step])
                 button = ui.button(icon=icon, on_click=go)
-                button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
-        ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft anywhere")
+                button.props(
+                    f'flat dense aria-label="{attribute(label)}" accesskey="{key}"'
+                )
+        ui.label(tr("{} of {} · {}", at + 1, len(names), caption)).classes(
+            "soft anywhere"
+        )
 
 
-def bench_attribute(name: str) -> str:
-    """A folder's name as it can stand in an attribute of NiceGUI's."""
-    return name.replace("&", "&amp;").replace('"', "&quot;")
+def attribute(words: str) -> str:
+    """Words as they can stand in an attribute of NiceGUI's."""
+    return words.replace("&", "&amp;").replace('"', "&quot;")
 
 
 def quiet_button(words: str, act: Callable[..., Any]) -> ui.button:
@@ -127,13 +147,18 @@ def errors_shown(work: Callable[..., Any]) -> Callable[..., Any]:
 def say(refusal: str) -> None:
     """Show why something was refused until it is read."""
     ui.notify(
-        refusal, type="negative", multi_line=True, timeout=12_000, close_button="OK"
+        refusal, type="negative", multi_line=True, timeout=12_000, close_button=tr("OK")
     )
 
 
 def in_words(name: str) -> str:
     """A quantity's name: repose_angle is "repose angle"."""
     return name.replace("_", " ")
+
+
+def kind_in_words(recording: Recording) -> str:
+    """ "drop · photos"."""
+    return f"{recording.rig or tr('which rig?')} · {tr(recording.evidence)}"
 
 
 def quantities_table(columns: Mapping[str, Iterable[Quantity]]) -> str:
@@ -143,7 +168,7 @@ def quantities_table(columns: Mapping[str, Iterable[Quantity]]) -> str:
     for heading, quantities in columns.items():
         for q in quantities:
             by_name.setdefault(q.name, {})[heading] = q
-    head = "".join(f'<th scope="col">{html.escape(h)}</th>' for h in columns)
+    head = "".join(f'<th scope="col">{html.escape(tr(h))}</th>' for h in columns)
     rows = []
     for name, found in by_name.items():
         unit = with_unit(next(iter(found.values())).unit).strip()
@@ -164,7 +189,7 @@ def _cell(q: Quantity | None) -> str:
     title = f' title="{html.escape(q.reason)}"' if q.reason else ""
     return (
         f'<td class="n {q.quality}"{title}>{plus_minus(q.value, q.sd)}'
-        f" <small>{q.quality}</small></td>"
+        f" <small>{html.escape(tr(q.quality))}</small></td>"
     )
 
 

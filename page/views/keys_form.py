@@ -9,11 +9,12 @@ from typing import Any
 
 from nicegui import ui
 
+from benchtwin.bench.language import tr
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import UNKNOWN, Field, form, table
 from benchtwin.page.site import Site
-from benchtwin.page.views.frame import bench_attribute, errors_shown
+from benchtwin.page.views.frame import attribute, errors_shown
 
 REST_MS = 800  # without typing, after which what was typed is saved
 
@@ -40,7 +41,7 @@ class KeysForm:
         self.inputs: dict[Place, _Input] = {}
         self.conditions: _Conditions | None = None
         self.sections: dict[str, Any] = {}
-        self.status = ui.label("Saves itself.").classes("soft text-sm anywhere")
+        self.status = ui.label(tr("Saves itself.")).classes("soft text-sm anywhere")
         self.status.props('role="status"')
         try:
             content = toml_file.read(path).content
@@ -53,14 +54,14 @@ class KeysForm:
     def _build(self, content: dict, rig: str | None, defaults: dict) -> None:
         for section in form(rig, content, defaults):
             opened = section.name in ("", rig, UNKNOWN)
-            caption = section.help or None
-            place = ui.expansion(section.title, caption=caption, value=opened)
+            caption = tr(section.help) or None
+            place = ui.expansion(tr(section.title), caption=caption, value=opened)
             self.sections[section.name] = place.classes("w-full")
             rare = [one for one in section.fields if one.rare]
             with place:
                 self._grid([one for one in section.fields if not one.rare], content)
                 if rare:
-                    with ui.expansion("For simulating only").classes("w-full soft"):
+                    with ui.expansion(tr("For simulating only")).classes("w-full soft"):
                         self._grid(rare, content)
 
     def _grid(self, fields: list[Field], content: dict) -> None:
@@ -82,7 +83,7 @@ class KeysForm:
                 await self.saved(set())
             ui.navigate.reload()
 
-        ui.button("Save", on_click=save).props("no-caps")
+        ui.button(tr("Save"), on_click=save).props("no-caps")
 
     def _add(self, one: Field, content: dict) -> None:
         if one.kind == "conditions":
@@ -105,13 +106,15 @@ class KeysForm:
             self._write(place, typed if field is None else field.key.read(typed))
         except (Refused, OSError) as error:
             self.refused.add(place)
-            self.status.set_text(f"Not saved: {error}")
+            self.status.set_text(tr("Not saved: {}", error))
             if field:
                 field.say(str(error))
             return
         if field:
             field.say("")
-        self.status.set_text(f"Saved in {self.path.name} at {strftime('%H:%M:%S')}")
+        self.status.set_text(
+            tr("Saved in {} at {}", self.path.name, strftime("%H:%M:%S"))
+        )
         if self.saved:
             await self.saved({place})
 
@@ -122,9 +125,12 @@ class KeysForm:
         if present != self.loaded.get(place) and present != value:
             self.loaded[place] = present
             raise Refused(
-                f"{place[1]} was changed meanwhile, elsewhere: it is"
-                f" {_shown(present) or 'not stated'} now. Yours is not saved; change it"
-                " again to save it all the same"
+                tr(
+                    "{} was changed meanwhile, elsewhere: it is {} now. Yours"
+                    " is not saved; change it again to save it all the same",
+                    place[1],
+                    _shown(present) or tr("not stated"),
+                )
             )
         with self.site.history.kept(self.path):
             toml_file.change(keys, {place: value})
@@ -161,11 +167,11 @@ class _Input:
         self.key = key
         label = key.key + (f" [{key.unit}]" if key.unit else "")
         inherited = key.inherited is not None
-        hint = f"bench: {_shown(key.inherited)}" if inherited else key.bounds
+        hint = tr("bench: {}", _shown(key.inherited)) if inherited else key.bounds
         with ui.column().classes("gap-0 w-full") as self.column:
             self.made: Any
             if key.kind in ("choice", "yes"):
-                yes = {True: "yes", False: "no"}
+                yes = {True: tr("yes"), False: tr("no")}
                 named = yes if key.kind == "yes" else {c: c for c in key.choices}
                 self.named: dict = {None: "–", **named}
                 self.made = ui.select(
@@ -185,8 +191,8 @@ class _Input:
                 self.made.props("readonly")
             self.made.classes("w-full").props(
                 "dense stack-label hide-bottom-space"
-                f' placeholder="{bench_attribute(hint)}"'
-                f' aria-label="{bench_attribute(label)}"'
+                f' placeholder="{attribute(hint)}"'
+                f' aria-label="{attribute(label)}"'
             )
             self.help = ui.label().classes("text-xs")
         self.mark(False)
@@ -198,13 +204,15 @@ class _Input:
         if self.key.kind in ("yes", "choice"):
             return None if value is None or isinstance(value, list) else str(value)
         if self.key.kind == "rows" and isinstance(value, list):
-            return f"{len(value)} set on the picture" if value else ""
+            return tr("{} set on the picture", len(value)) if value else ""
         return _shown(value)
 
     def _with(self, value: Any) -> dict:
         """The choices, and a value that is none of them."""
         known = value in self.named
-        return self.named if known else {**self.named, value: f"{value} (not known)"}
+        return (
+            self.named if known else {**self.named, value: tr("{} (not known)", value)}
+        )
 
     def show(self, value: Any) -> None:
         if self.key.kind in ("yes", "choice"):
@@ -216,7 +224,9 @@ class _Input:
 
     def mark(self, needed: bool) -> None:
         self.column.classes(**{"add" if needed else "remove": "needed"})
-        self.help.set_text(("needed: " if needed else "") + self.key.help)
+        self.help.set_text(
+            tr("needed: {}", tr(self.key.help)) if needed else tr(self.key.help)
+        )
         now, before = ("failed", "soft") if needed else ("soft", "failed")
         self.help.classes(add=now, remove=before)
 
@@ -230,12 +240,15 @@ class _Conditions:
         self.rows: list[tuple[Any, Any]] = []
         with ui.column().classes("w-full gap-0"):
             ui.label(
-                "Conditions: whatever differs between recordings, such as moisture_pct"
-                " = 12.5 or plate = steel 3"
+                tr(
+                    "Conditions: whatever differs between recordings, such as"
+                    " moisture_pct"
+                    " = 12.5 or plate = steel 3"
+                )
             ).classes("text-xs soft")
             self.place = ui.column().classes("w-full gap-0")
             self._rows()
-            ui.button("Add a condition", on_click=lambda: self._row("", "")).props(
+            ui.button(tr("Add a condition"), on_click=lambda: self._row("", "")).props(
                 "flat dense no-caps"
             )
 
@@ -247,7 +260,7 @@ class _Conditions:
 
     def _row(self, name: str, value: str) -> None:
         with self.place, ui.row().classes("w-full no-wrap"):
-            pair = ui.input("name", value=name), ui.input("value", value=value)
+            pair = ui.input(tr("name"), value=name), ui.input(tr("value"), value=value)
         for one in pair:
             one.classes("grow min-w-0").on("blur", self._left)
             one.on("keydown.enter", self._left)

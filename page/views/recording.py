@@ -12,6 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from nicegui import ui
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page import measuring, sound_impacts, toml_file
 from benchtwin.page.folder import Refused
@@ -24,8 +25,10 @@ from benchtwin.page.views.frame import (
     ANSWER_S,
     Picture,
     Wave,
+    attribute,
     errors_shown,
     frame,
+    kind_in_words,
     neighbours,
     open_recording,
     quantities_table,
@@ -98,7 +101,7 @@ def register(site: Site) -> None:
         except (Refused, OSError) as error:
             with frame("benchtwin", back="/"):
                 why = str(error).replace(f"{site.folder.root}/", "")
-                said = ui.label(f"This recording cannot be opened: {why}")
+                said = ui.label(tr("This recording cannot be opened: {}", why))
                 said.classes("failed").style("white-space: pre-wrap")
                 _only_keys(site, r)
             return
@@ -197,14 +200,14 @@ class View:
 
     def _caption(self) -> str:
         file = original_name(self.recording)
-        kind = f"{self.recording.rig or 'which rig?'} · {self.recording.evidence}"
+        kind = kind_in_words(self.recording)
         return f"{kind} · {file}" if file else kind
 
     def _undo_buttons(self) -> None:
         with ui.row().classes("gap-1 items-center"):
-            self.undo = ui.button("Undo", icon="undo")
+            self.undo = ui.button(tr("Undo"), icon="undo")
             self.undo.on_click(errors_shown(partial(self._turn, back=True)))
-            self.redo = ui.button("Redo", icon="redo")
+            self.redo = ui.button(tr("Redo"), icon="redo")
             self.redo.on_click(errors_shown(partial(self._turn, back=False)))
             for button, keys, name in (
                 (self.undo, "Ctrl+Z", "undo"),
@@ -223,7 +226,7 @@ class View:
         turned = (history.undo if back else history.redo)(self.recording.toml)
         others = [file.parent.name for file in turned if file != self.recording.toml]
         if others:
-            ui.notify(f"Also in {', '.join(others)}")
+            ui.notify(tr("Also in {}", ", ".join(others)))
         await self._changed(rig)
 
     async def _changed(self, rig: str | None) -> None:
@@ -246,9 +249,9 @@ class View:
             await self._keep({("", "rig"): rig}, by_hand=False)
 
         with ui.row().classes("items-center"):
-            ui.label("What was done?").classes("text-lg failed")
+            ui.label(tr("What was done?")).classes("text-lg failed")
             for rig in RIGS.values():
-                words, act = f"{rig.name}: {rig.what}", partial(done, rig.name)
+                words, act = f"{rig.name}: {tr(rig.what)}", partial(done, rig.name)
                 ui.button(words, on_click=act).props("no-caps outline")
 
     async def _picture(self) -> None:
@@ -258,7 +261,7 @@ class View:
             version = self.recording.files[0].stat().st_mtime_ns
             source = f"/photo?r={quote(self.name)}&v={version}"
             self.picture = Picture(
-                source, self.size, f"Photo of {self.recording.id}", self._moved
+                source, self.size, tr("Photo of {}", self.recording.id), self._moved
             )
         elif self.recording.evidence in ("frames", "video"):
             await self._film()
@@ -279,10 +282,10 @@ class View:
         with ui.row().classes("items-center"):
             ui.element("audio").props(
                 f'controls preload=none src="/sound?r={quote(self.name)}"'
-                ' aria-label="The sound"'
+                f' aria-label="{attribute(tr("The sound"))}"'
             ).style("height: 2.2rem; max-width: 100%")
             if self.picture is None:
-                quiet_button("Automatic again", self._automatic)
+                quiet_button(tr("Automatic again"), self._automatic)
         address = f"/wave?r={quote(self.name)}"
         end_s = sound.start_s + sound.duration_s
         self.wave = Wave(address, sound.start_s, end_s, self._clicked)
@@ -297,22 +300,24 @@ class View:
 
     def _tools(self, tools: tuple[str, ...]) -> None:
         with ui.row().classes("items-center gap-2"):
-            self.tool = ui.toggle({t: TOOL_NAMES[t] for t in tools}, value="").props(
-                'dense no-caps aria-label="Tool"'
-            )
+            self.tool = ui.toggle(
+                {t: tr(TOOL_NAMES[t]) for t in tools}, value=""
+            ).props(f'dense no-caps aria-label="{attribute(tr("Tool"))}"')
             self.tool.classes("wrapping")
             self.tool.on_value_change(lambda e: self._take_tool(e.value or ""))
-            quiet_button("Automatic again", self._automatic)
+            quiet_button(tr("Automatic again"), self._automatic)
             if self.is_pile and self._alike():
-                quiet_button("Use on other photos …", self._ask_others)
+                quiet_button(tr("Use on other photos …"), self._ask_others)
             with ui.row().classes("items-center") as scale:
-                self.length = ui.number("length of the ruler [mm]", value=100, min=0)
+                self.length = ui.number(
+                    tr("length of the ruler [mm]"), value=100, min=0
+                )
                 self.length.props("dense").classes("w-40")
                 act = errors_shown(self._set_scale)
-                ui.button("Set scale", on_click=act).props("dense no-caps")
+                ui.button(tr("Set scale"), on_click=act).props("dense no-caps")
             scale.bind_visibility_from(self.tool, "value", value="ruler")
             only = ui.checkbox(
-                "Use only places set by hand",
+                tr("Use only places set by hand"),
                 value=bool(self.recording.track.only_places),
                 on_change=lambda e: self._keep(
                     {("track", "only_places"): True if e.value else None}
@@ -323,7 +328,7 @@ class View:
         self.help.set_visibility(False)
 
     def _take_tool(self, tool: str) -> None:
-        self.help.set_text(HELP[tool])
+        self.help.set_text(tr(HELP[tool]))
         self.help.set_visibility(bool(tool))
         self._show(tool=tool)
 
@@ -340,11 +345,15 @@ class View:
             "rate": film.source.fps or UNTIMED_FPS,
             "timed": bool(film.source.fps),
         }
-        label = f"Film of {self.recording.id}"
+        label = tr("Film of {}", self.recording.id)
         self.picture = Picture("", self.size, label, self._moved, played)
         ui.label(
-            "On the picture: ← → one frame (Shift: ten), Space plays, + − 0 zoom."
-            + ("" if played["timed"] else " Its frame rate is not known: 25 a second.")
+            tr("On the picture: ← → one frame (Shift: ten), Space plays, + − 0 zoom.")
+            + (
+                ""
+                if played["timed"]
+                else tr(" Its frame rate is not known: 25 a second.")
+            )
         ).classes("soft text-xs")
 
     def _show(self, **props: Any) -> None:
@@ -371,7 +380,7 @@ class View:
         self.busy.clear()
         with self.busy:
             ui.spinner()
-            words = ui.label("measuring …")
+            words = ui.label(tr("measuring …"))
             ui.timer(0.5, lambda: words.set_text(self._going_on()))
         try:
             self.recording = self.site.recording(self.name)
@@ -388,10 +397,10 @@ class View:
             for text in reasons:
                 ui.label(text).classes("text-sm anywhere")
         if self.form:
-            self.form.ask_for(needed(reasons))
+            self.form.ask_for(needed(reasons, self.recording))
 
     def _going_on(self) -> str:
-        return "measuring …" + (f" {self.done:.0%}" if self.done else "")
+        return tr("measuring …") + (f" {self.done:.0%}" if self.done else "")
 
     def _done(self, share: float) -> None:
         self.done = share
@@ -466,8 +475,11 @@ class View:
     def _keys(self) -> None:
         if not self.recording.path.is_dir():
             ui.label(
-                "This photo lies loose in the folder. The first correction puts it into"
-                " a folder of its own, which holds what is said of it."
+                tr(
+                    "This photo lies loose in the folder. The first correction"
+                    " puts it into"
+                    " a folder of its own, which holds what is said of it."
+                )
             ).classes("soft")
             recording_menu.own_folder_button(self.site, self.recording)
             return
@@ -477,7 +489,7 @@ class View:
         except MeasurementError as error:
             defaults = {}
             ui.label(str(error)).classes("failed")
-        ui.label("What is known of this recording").classes("text-h6")
+        ui.label(tr("What is known of this recording")).classes("text-h6")
 
         async def saved(keys: set[keys_form.Place]) -> None:
             if ("", "rig") in keys:
@@ -575,19 +587,21 @@ class View:
             if place[1] in stated.get(place[0], {})
         }
         with ui.dialog() as dialog, ui.card().classes("w-96 max-w-full"):
-            ui.label("Use on other photos").classes("text-h6")
+            ui.label(tr("Use on other photos")).classes("text-h6")
             if not shared:
                 ui.label(
-                    "Nothing was set by hand here yet: set a base line, a region, a"
-                    " window, a scale or a plumb line first."
+                    tr(
+                        "Nothing was set by hand here yet: set a base line, a region, a"
+                        " window, a scale or a plumb line first."
+                    )
                 )
-                ui.button("Close", on_click=dialog.close).props("flat no-caps")
+                ui.button(tr("Close"), on_click=dialog.close).props("flat no-caps")
                 dialog.open()
                 return
             ui.label(", ".join(key for _, key in shared)).classes("anywhere")
             boxes: dict[Path, ui.checkbox] = {}
             with ui.row():
-                for words, value in (("All", True), ("None", False)):
+                for words, value in ((tr("All"), True), (tr("None"), False)):
                     quiet_button(
                         words, lambda v=value: [b.set_value(v) for b in boxes.values()]
                     )
@@ -596,14 +610,16 @@ class View:
                     file = original_name(one)
                     boxes[one.path] = ui.checkbox(f"{one.id} ({file})").props("dense")
             with ui.row().classes("w-full justify-end"):
-                ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
+                ui.button(tr("Cancel"), on_click=dialog.close).props("flat no-caps")
 
                 def use() -> None:
                     chosen = [r for r in self._alike() if boxes[r.path].value]
                     dialog.close()
                     self._use_on(chosen, shared)
 
-                ui.button("Use on these", on_click=errors_shown(use)).props("no-caps")
+                ui.button(tr("Use on these"), on_click=errors_shown(use)).props(
+                    "no-caps"
+                )
         dialog.open()
 
     def _use_on(self, chosen: list[Recording], shared: dict) -> None:
@@ -612,13 +628,21 @@ class View:
         size = photo_size(self.recording.files[0])
         if other := [r.id for r in chosen if photo_size(r.files[0]) != size]:
             raise Refused(
-                f"{', '.join(other)}: not of {size[0]} × {size[1]} px as this photo is;"
-                " places in px do not fit there. Nothing was changed"
+                tr(
+                    "{}: not of {} × {} px as this photo is; places in px do"
+                    " not fit there. Nothing was changed",
+                    ", ".join(other),
+                    size[0],
+                    size[1],
+                )
             )
         with self.site.history.kept(self.recording.toml, *(r.toml for r in chosen)):
             for one in chosen:
                 toml_file.change(toml_file.read(one.toml), shared, by_hand=True)
         ui.notify(
-            f"Used on {len(chosen)} photo{'' if len(chosen) == 1 else 's'}; Undo on the"
-            " page of one of them takes it back"
+            tr(
+                "Used on {} photo{}; Undo on the page of one of them takes it back",
+                len(chosen),
+                "" if len(chosen) == 1 else "s",
+            )
         )

@@ -6,10 +6,11 @@ from urllib.parse import quote
 
 from nicegui import run, ui
 
+from benchtwin.bench.language import tr
 from benchtwin.page import recording_files as files
 from benchtwin.page.folder import Refused
 from benchtwin.page.site import Site
-from benchtwin.page.views.frame import bench_attribute, errors_shown, open_recording
+from benchtwin.page.views.frame import attribute, errors_shown, open_recording
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
@@ -39,7 +40,9 @@ def own_folder_button(site: Site, recording: Recording) -> None:
         made = files.own_folder(recording.path, site.folder)
         open_recording(site.folder.name_of(made))
 
-    ui.button("Put it into a folder of its own", on_click=make).props("no-caps outline")
+    ui.button(tr("Put it into a folder of its own"), on_click=make).props(
+        "no-caps outline"
+    )
 
 
 def removed_from(bench: Path) -> None:
@@ -49,7 +52,7 @@ def removed_from(bench: Path) -> None:
     for path in gone[:1]:
         _put_back(path, bench)
     if gone[1:]:
-        with ui.expansion(f"{len(gone) - 1} removed before").classes("soft"):
+        with ui.expansion(tr("{} removed before", len(gone) - 1)).classes("soft"):
             for path in gone[1:]:
                 _put_back(path, bench)
 
@@ -61,9 +64,9 @@ def _put_back(path: Path, bench: Path) -> None:
         ui.navigate.reload()
 
     with ui.row().classes("items-center"):
-        ui.label(f"Removed: {path.name}").classes("soft anywhere")
-        ui.button("Put back", icon="undo", on_click=back).props(
-            f'flat dense no-caps aria-label="Put back {bench_attribute(path.name)}"'
+        ui.label(tr("Removed: {}", path.name)).classes("soft anywhere")
+        ui.button(tr("Put back"), icon="undo", on_click=back).props(
+            f'flat dense no-caps aria-label="{attribute(tr("Put back {}", path.name))}"'
         )
 
 
@@ -83,8 +86,9 @@ class _Menu:
         if self.path == self.site.folder.root:
             return
         with (
-            ui.button("Files", icon="more_vert").props(
-                'flat dense no-caps aria-label="Files of this recording"'
+            ui.button(tr("Files"), icon="more_vert").props(
+                "flat dense no-caps"
+                f' aria-label="{attribute(tr("Files of this recording"))}"'
             ),
             ui.menu(),
         ):
@@ -93,13 +97,13 @@ class _Menu:
     def _items(self) -> None:
         one = self.recording
         if one and len(one.files) > 1 and one.evidence in ("photos", "frames"):
-            _item(f"Split into {len(one.files)} photos", self.split)
+            _item(tr("Split into {} photos", len(one.files)), self.split)
         if self.series:
-            _item(f"Join {self._joined()} as a film", self.join)
-        _item("Rename …", self.ask_name)
+            _item(tr("Join {} as a film", self._joined()), self.join)
+        _item(tr("Rename …"), self.ask_name)
         if [b for b in self.site.folder.benches() if b != self.bench]:
-            _item("Move to another bench …", self.ask_bench)
-        _item("Delete", self.remove)
+            _item(tr("Move to another bench …"), self.ask_bench)
+        _item(tr("Delete"), self.remove)
 
     def ask(self, recording: Recording) -> None:
         """Both fit: what are these pictures?"""
@@ -107,21 +111,25 @@ class _Menu:
         why = film_or_photos({p.name: p for p in taken}).why
         with ui.column().classes("w-full gap-1"):
             ui.label(
-                f"{taken[0].name} to {taken[-1].name}: {len(taken)} photos of heaps, or"
-                " one film?"
+                tr(
+                    "{} to {}: {} photos of heaps, or one film?",
+                    taken[0].name,
+                    taken[-1].name,
+                    len(taken),
+                )
             ).classes("text-lg failed anywhere")
             with ui.row():
-                photos = f"{len(taken)} photos of heaps"
-                for words, act in ((photos, self.split), ("One film", self.join)):
+                photos = tr("{} photos of heaps", len(taken))
+                for words, act in ((photos, self.split), (tr("One film"), self.join)):
                     button = ui.button(words, on_click=errors_shown(act))
                     button.props("no-caps outline")
-            ui.label(f"The pictures do not tell: {why}.").classes("soft text-sm")
+            ui.label(tr("The pictures do not tell: {}.", why)).classes("soft text-sm")
 
     def _joined(self) -> str:
         if len(self.series) == 1:
-            return f"{len(self.series[0].files)} photos"
+            return tr("{} photos", len(self.series[0].files))
         first, last = self.series[0].files[0].name, self.series[-1].files[0].name
-        return f"{first} to {last} ({len(self.series)})"
+        return tr("{} to {} ({})", first, last, len(self.series))
 
     async def split(self) -> None:
         assert self.recording is not None
@@ -130,7 +138,7 @@ class _Menu:
         )
         if made is None:  # the server is being stopped
             return
-        ui.notify(f"{len(made)} photos; the recording as it was is under Removed")
+        ui.notify(tr("{} photos; the recording as it was is under Removed", len(made)))
         self._to_bench()
 
     async def join(self) -> None:
@@ -144,7 +152,7 @@ class _Menu:
 
     def ask_name(self) -> None:
         with ui.dialog() as dialog, ui.card():
-            name = ui.input("New name", value=self.path.name)
+            name = ui.input(tr("New name"), value=self.path.name)
 
             @errors_shown
             def act() -> None:
@@ -152,23 +160,25 @@ class _Menu:
                 self._open(made)
 
             name.on("keydown.enter", act)
-            ui.button("Rename", on_click=act).props("no-caps")
+            ui.button(tr("Rename"), on_click=act).props("no-caps")
         dialog.open()
 
     def ask_bench(self) -> None:
         folder = self.site.folder
         benches = {folder.name_of(b): b for b in folder.benches() if b != self.bench}
         with ui.dialog() as dialog, ui.card():
-            ui.label("What its bench.toml says holds for it no longer.").classes("soft")
-            chosen = ui.select([*benches], label="Bench", value=next(iter(benches)))
+            ui.label(tr("What its bench.toml says holds for it no longer.")).classes(
+                "soft"
+            )
+            chosen = ui.select([*benches], label=tr("Bench"), value=next(iter(benches)))
 
             @errors_shown
             def act() -> None:
                 if chosen.value not in benches:
-                    raise Refused("say to which bench")
+                    raise Refused(tr("say to which bench"))
                 self._open(files.move(self.path, benches[chosen.value], folder))
 
-            ui.button("Move", on_click=act).props("no-caps")
+            ui.button(tr("Move"), on_click=act).props("no-caps")
         dialog.open()
 
     def _open(self, made: Path) -> None:

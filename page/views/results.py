@@ -9,6 +9,7 @@ from urllib.parse import quote
 import pandas as pd
 from nicegui import ui
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import with_interval, with_unit
 from benchtwin.calibrate.export import ENGINES
 from benchtwin.page import results
@@ -16,7 +17,7 @@ from benchtwin.page.folder import MEASURED, Refused
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
-from benchtwin.page.views.frame import in_words, tabs
+from benchtwin.page.views.frame import attribute, in_words, tabs
 
 REPORTS = (  # file below results/, heading
     ("calibrated/report.html", "Calibration"),
@@ -43,10 +44,14 @@ def panel(site: Site, bench: Path, part: str) -> None:
         here = part if part in parts else next(iter(parts))
         address = f"/bench?b={quote(site.folder.name_of(bench))}&tab=Results"
         tabs(parts, here, lambda p: f"{address}&part={quote(p)}", "Results")
-        with ui.element("section").classes("w-full").props(f'aria-label="{here}"'):
+        with (
+            ui.element("section")
+            .classes("w-full")
+            .props(f'aria-label="{attribute(tr(here))}"')
+        ):
             parts[here]()
     else:
-        ui.label("Nothing yet: run something first.").classes("soft")
+        ui.label(tr("Nothing yet: run something first.")).classes("soft")
     or_said(lambda: _means(folder / MEASURED / "summary.csv"), None)
     _downloads(site, bench, folder)
 
@@ -82,9 +87,9 @@ def _parts(
 def _downloads(site: Site, bench: Path, folder: Path) -> None:
     name, names = quote(site.folder.name_of(bench)), {"mercury": "MercuryDPM"}
     with ui.row().classes("items-center"):
-        ui.link("This bench with its results as one zip", f"/zip?bench={name}")
+        ui.link(tr("This bench with its results as one zip"), f"/zip?bench={name}")
         if (folder / "calibrated" / "result.json").is_file():
-            ui.label("Calibrated parameters as cards for").classes("soft")
+            ui.label(tr("Calibrated parameters as cards for")).classes("soft")
             for engine in ENGINES:
                 address = f"/cards?bench={name}&engine={engine}"
                 ui.link(names.get(engine, engine.upper()), address)
@@ -94,14 +99,14 @@ def _framed(site: Site, file: Path, heading: str) -> None:
     address = f"/results/{quote(site.folder.name_of(file))}?v={file.stat().st_mtime_ns}"
     sandbox = "allow-scripts" if file.name == "report.html" else "allow-same-origin"
     ui.element("iframe").classes("report").props(
-        f'src="{address}" sandbox="{sandbox}" title="{heading}"'
+        f'src="{address}" sandbox="{sandbox}" title="{attribute(tr(heading))}"'
     )
 
 
 def _next(to_record: dict[str, list[results.ToRecord]], address: str) -> None:
-    ui.link("As a list to print", address, new_tab=True)
+    ui.link(tr("As a list to print"), address, new_tab=True)
     for heading, rows in to_record.items():
-        ui.label(heading).classes("text-lg")
+        ui.label(tr(heading)).classes("text-lg")
         for row in rows:
             with ui.column().classes("gap-0"):
                 ui.label(row.what)
@@ -116,8 +121,8 @@ def _means(file: Path) -> None:
         rows = [_mean(row) for row in table.itertuples()]
     if not rows:
         return
-    title = f"Means over repeats, with 95 % intervals ({len(table)} rows)"
-    heads = [{"name": c, "label": c, "field": c, "align": "left"} for c in COLUMNS]
+    title = tr("Means over repeats, with 95 % intervals ({} rows)", len(table))
+    heads = [{"name": c, "label": tr(c), "field": c, "align": "left"} for c in COLUMNS]
     with ui.expansion(title).classes("w-full"), ui.element("div").classes("scroll-x"):
         ui.table(columns=heads, rows=rows, pagination=12).props("dense flat")
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from nicegui import ui
 
+from benchtwin.bench.language import tr
 from benchtwin.page import runs
 from benchtwin.page.folder import Refused
 from benchtwin.page.runs import BROKEN, DONE, FAILED, RUNNING, STOPPED, WAITING, Run
@@ -46,10 +47,12 @@ def panel(site: Site, bench: Path) -> None:
     with ui.row():
         for label, (command, options, purpose) in ASKS.items():
             act = partial(errors_shown(ask), command, options)
-            ui.button(label, on_click=act).tooltip(purpose)
+            ui.button(tr(label), on_click=act).tooltip(tr(purpose))
     ui.label(
-        "A run goes on when this page or the browser is closed. Stopped, it goes on"
-        " where it was."
+        tr(
+            "A run goes on when this page or the browser is closed. Stopped, it goes on"
+            " where it was."
+        )
     ).classes("soft")
     opened: set[str] = set()
 
@@ -57,7 +60,7 @@ def panel(site: Site, bench: Path) -> None:
     def listed() -> None:
         found = runs.all_runs(bench)
         if not found:
-            ui.label("No run yet.").classes("soft")
+            ui.label(tr("No run yet.")).classes("soft")
         for one in found:
             _shown(site, bench, one, opened, listed.refresh)
 
@@ -98,7 +101,7 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
         with ui.row().classes("items-center w-full"):
             what = f"{one.number}. {one.command} {' '.join(one.options)}"
             ui.label(what).classes("font-bold anywhere")
-            ui.label(one.status).classes(COLOURS[one.status])
+            ui.label(tr(one.status)).classes(COLOURS[one.status])
             took = (
                 f"{one.took_s:.0f} s"
                 if one.took_s < 90
@@ -107,11 +110,11 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
             ui.label(took if one.status != WAITING else "")
             ui.space()
             if one.status in (RUNNING, WAITING):
-                ui.button("Stop", on_click=stop).props("flat dense")
+                ui.button(tr("Stop"), on_click=stop).props("flat dense")
             if one.status in (STOPPED, BROKEN, FAILED):
-                ui.button("Go on", on_click=resume).props("flat dense")
+                ui.button(tr("Go on"), on_click=resume).props("flat dense")
         if one.status == RUNNING:
-            part = re.search(r"\b(\d{1,9})/(\d{1,9})\b", one.progress)
+            part = re.search(r"\b(\d{1,9})/(\d{1,9})\b", one.progress, re.ASCII)
             share = int(part[1]) / max(int(part[2]), 1) if part else 0.0
             bar = ui.linear_progress(share, show_value=False)
             bar.props("" if part else "indeterminate")
@@ -122,6 +125,6 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
                 (opened.add if event.value else opened.discard)(name)
 
             shown = name in opened or one.status == FAILED
-            output = ui.expansion("Output", value=shown, on_value_change=turn)
+            output = ui.expansion(tr("Output"), value=shown, on_value_change=turn)
             with output.classes("w-full"):
                 ui.label(one.log).classes("log")

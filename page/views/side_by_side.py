@@ -5,6 +5,7 @@ from pathlib import Path
 
 from nicegui import ui
 
+from benchtwin.bench.language import tr
 from benchtwin.page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
 from benchtwin.page.site import Site
 from benchtwin.page.views.frame import SideBySide
@@ -16,8 +17,11 @@ def panel(site: Site, bench: Path) -> None:
     pairs = pairs_of(bench, site.folder)
     if not pairs:
         ui.label(
-            "No twin to show: a calibration runs one of every rig that has more than"
-            " readings, a full diagnosis films one."
+            tr(
+                "No twin to show: a calibration runs one of every rig that has"
+                " more than"
+                " readings, a full diagnosis films one."
+            )
         )
         return
     by_title = {b.title: b for b in pairs}
@@ -26,7 +30,7 @@ def panel(site: Site, bench: Path) -> None:
         place.clear()
         with place, ui.row().classes("items-center").props('role="status"'):
             ui.spinner()
-            ui.label("reading recording and twin …")
+            ui.label(tr("reading recording and twin …"))
         try:
             both = await asyncio.to_thread(read_pair, chosen)
             shown = browser_data(chosen, both, site.folder)
@@ -43,7 +47,7 @@ def panel(site: Site, bench: Path) -> None:
         list(by_title),
         value=pairs[0].title,
         on_change=lambda e: show(by_title[e.value]),
-        label="Which pair",
+        label=tr("Which pair"),
     ).classes("w-96 max-w-full")
     place = ui.column().classes("w-full")
     ui.timer(0.1, lambda: show(pairs[0]), once=True)

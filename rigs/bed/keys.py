@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from benchtwin.bench.section import Length, Section, ThreeLengths
+from benchtwin.bench.section import SIMULATED, Length, Section, ThreeLengths
 
 
 class Bed(Section):
@@ -16,5 +16,5 @@ class Bed(Section):
     """How deep the bed is, struck off level."""
     height_mm: Length | None = None
     """From the bed's surface up to the seed's lowest point at the release."""
-    drops: Annotated[int, Field(ge=1, le=1000)] | None = None
+    drops: Annotated[Annotated[int, Field(ge=1, le=1000)] | None, SIMULATED] = None
     """How many seeds fall on each simulated bed."""

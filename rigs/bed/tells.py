@@ -1,6 +1,7 @@
 """What drops on a bed tell a calibration: how far they rise, by all parameters of seed
 on seed together."""
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import BySurface
 from benchtwin.rigs.bed import RIG
 from benchtwin.sim.rigs.bed import Bed
@@ -16,7 +17,7 @@ def as_described(
 ) -> tuple[dict, tuple[str, ...]]:
     """[bed] of the simulations: as the bench states it. A bench drops single seeds, so
     that it is never quite the same."""
-    return {"drops": Bed().drops, **stated}, (NOTE,)
+    return {"drops": Bed().drops, **stated}, (tr(NOTE),)
 
 
 TELLS = BySurface(

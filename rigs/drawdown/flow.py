@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.sim.rigs.drawdown import TIMED
 from benchtwin.vision.evidence.frames import Frame
 from benchtwin.vision.measurement import MeasurementError
@@ -48,7 +49,10 @@ def flow_of(
             threshold, separable = binarise(grey)
             if separable < SEPARABLE:
                 raise MeasurementError(
-                    f"{name}: seeds and background are too alike in [drawdown] upper_px"
+                    tr(
+                        "{}: seeds and background are too alike in [drawdown] upper_px",
+                        name,
+                    )
                 )
             # the box is filled from below
             low = grey[-max(height // 4, 1) :] > threshold
@@ -57,9 +61,13 @@ def flow_of(
         times.append(frame.t_s)
         last = frame.pixels
     if last is None or len(areas) < LEAST_FRAMES:
-        raise MeasurementError(f"{name}: {len(areas)} frames are too few for a flow")
+        raise MeasurementError(
+            tr("{}: {} frames are too few for a flow", name, len(areas))
+        )
     if not np.isfinite(times).all():
-        raise MeasurementError(f"{name}: [camera] fps is missing: a flow needs times")
+        raise MeasurementError(
+            tr("{}: [camera] fps is missing: a flow needs times", name)
+        )
     return _timed(np.array(times), np.array(areas), last, name)
 
 
@@ -68,15 +76,22 @@ def _timed(t: np.ndarray, area: np.ndarray, last: np.ndarray, name: str) -> Flow
         float(np.median(area[part])) for part in (slice(EDGE), slice(-EDGE, None))
     )
     if begin - end < LEAST_OUT * begin:
-        raise MeasurementError(f"{name}: nothing flows out of the box in this film")
+        raise MeasurementError(
+            tr("{}: nothing flows out of the box in this film", name)
+        )
     share = np.maximum.accumulate((begin - area) / (begin - end))
     if share[EDGE] > CUT_OFF:
         raise MeasurementError(
-            f"{name}: the film begins when the flow runs already: {share[EDGE]:.0%} are"
-            f" out after {EDGE} frames"
+            tr(
+                "{}: the film begins when the flow runs already: {:.0%} are"
+                " out after {} frames",
+                name,
+                share[EDGE],
+                EDGE,
+            )
         )
     if share[-2 * EDGE] < 1 - CUT_OFF:
-        raise MeasurementError(f"{name}: the film ends before the flow does")
+        raise MeasurementError(tr("{}: the film ends before the flow does", name))
     first, final = (float(np.interp(s, share, t)) for s in TIMED)
     step = float(np.median(np.diff(t)))
     return Flow(final - first, step * float(np.sqrt(2 / 12)), last)

@@ -13,6 +13,7 @@ import numpy as np
 from scipy import special
 
 from benchtwin.bench import distributions as stats
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import Observation, Quantity
 from benchtwin.vision.recording import Recording
 
@@ -29,7 +30,7 @@ STEEP, FLAT = 1e-3, 1.0
 
 def jammed(recording: Recording) -> str:
     """Why a jammed run has no slope and no time; "" for a run that flowed."""
-    return JAMMED if recording.drawdown.jammed else ""
+    return tr(JAMMED) if recording.drawdown.jammed else ""
 
 
 def jamming(
@@ -54,8 +55,11 @@ def jamming(
     if half is not None:
         width, low, high = half
         sd = (high - low) / (2 * NORMAL_95)
-        note = (
-            f"half of the runs jam at {width:.1f} mm, 95 % {low:.1f} to {high:.1f} mm"
+        note = tr(
+            "half of the runs jam at {:.1f} mm, 95 % {:.1f} to {:.1f} mm",
+            width,
+            low,
+            high,
         )
         value = Quantity("half_jam_slot", width, sd, "mm")
         found.append(Observation("slots", "drawdown", (value,), (note,)))
@@ -67,8 +71,8 @@ def _share(width: float, jams: list[bool]) -> Observation:
     low, high = share_interval(jammed, n)
     sd = (high - low) / (2 * NORMAL_95)
     value = Quantity("jam_share", jammed / n, sd, "1", believed_sd=ANY_SHARE)
-    note = f"{jammed} of {n} runs jammed, 95 % {low:.2f} to {high:.2f}"
-    return Observation(f"slot {width:g} mm", "drawdown", (value,), (note,))
+    note = tr("{} of {} runs jammed, 95 % {:.2f} to {:.2f}", jammed, n, low, high)
+    return Observation(tr("slot {:g} mm", width), "drawdown", (value,), (note,))
 
 
 def share_interval(count: int, n: int) -> tuple[float, float]:

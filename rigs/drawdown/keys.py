@@ -4,6 +4,7 @@ from typing import Annotated
 
 from benchtwin.bench.section import (
     FROM_LIST,
+    SIMULATED,
     Extent,
     FourNumbers,
     Length,
@@ -35,7 +36,7 @@ class Drawdown(Section):
     """How fast the slide below the slot is drawn out."""
     pane_friction: NotNegative | None = None
     """Static friction of seed on pane. Absent: unknown, and averaged over."""
-    slab: bool | None = None
+    slab: Annotated[bool | None, SIMULATED] = None
     """Whether only a slice, between smooth panes, is simulated."""
     photo_s: Positive | None = None
     """When the photo was taken, after the slide began to move. Absent: when all seeds

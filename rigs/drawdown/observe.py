@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.rigs.drawdown.flow import flow_of
 from benchtwin.sim.rigs.drawdown import TIMED
 from benchtwin.vision.board.camera import with_board
@@ -49,15 +50,22 @@ def observe_drawdown(
     slope nor the heap can be measured."""
     if recording.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
-            f"{recording.path}: a draw-down is measured on a film, or on a photo of"
-            f" what is at rest, not on {recording.evidence}"
+            tr(
+                "{}: a draw-down is measured on a film, or on a photo of what"
+                " is at rest, not on {}",
+                recording.path,
+                recording.evidence,
+            )
         )
     stated = recording.drawdown
     if stated.upper_px is None or stated.lower_px is None:
         raise MeasurementError(
-            f"{recording.toml}: [drawdown] upper_px and lower_px are missing: where in"
-            " the photo the slope above and the heap below are (left, top, width,"
-            " height)"
+            tr(
+                "{}: [drawdown] upper_px and lower_px are missing: where in"
+                " the photo the slope above and the heap below are (left, top,"
+                " width, height)",
+                recording.toml,
+            )
         )
     if recording.evidence == "photos":
         image, time = read_photo(recording.files[0]), _stated_time(recording)
@@ -90,7 +98,7 @@ def observe_drawdown(
         for what, of in (("angle", MAIN), ("centroid", "centroid_angle"))
     )
     notes += [n for one in found.values() if isinstance(one, Repose) for n in one.notes]
-    notes += [PANES] if stated.pane_friction is None and not stated.slab else []
+    notes += [tr(PANES)] if stated.pane_friction is None and not stated.slab else []
     pictures = {
         name: draw_repose(image, one)
         for name, one in found.items()
@@ -142,10 +150,15 @@ def doubts_of(recording: Recording) -> tuple[str, ...]:
         filled, *parts = masses
         lost = filled - sum(parts)
         if abs(lost) > 3 * np.sqrt(len(masses)) * SCALE_SD_G:
-            word = "missing" if lost > 0 else "too many"
+            word = "missing" if lost > 0 else tr("too many")
             told.append(
-                f"{abs(lost):.1f} g are {word}: {filled:g} g were filled in,"
-                f" {sum(parts):g} g were found again"
+                tr(
+                    "{:.1f} g are {}: {:g} g were filled in, {:g} g were found again",
+                    abs(lost),
+                    word,
+                    filled,
+                    sum(parts),
+                )
             )
     if (
         stated.slot_mm
@@ -153,7 +166,10 @@ def doubts_of(recording: Recording) -> tuple[str, ...]:
         and stated.slot_mm < FREE_WIDTHS * seed.width_mm
     ):
         told.append(
-            f"the slot is {stated.slot_mm / seed.width_mm:.1f} seeds wide: such a slot"
-            f" jams; {FREE_WIDTHS:g} and more run"
+            tr(
+                "the slot is {:.1f} seeds wide: such a slot jams; {:g} and more run",
+                stated.slot_mm / seed.width_mm,
+                FREE_WIDTHS,
+            )
         )
     return tuple(told)

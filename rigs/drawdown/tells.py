@@ -1,6 +1,7 @@
 """What draw-downs tell a calibration: the parameters of seed on seed, and which thinner
 box is simulated in the place of a deep one."""
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.tells import Believed, BySurface
 from benchtwin.rigs.drawdown import RIG
@@ -19,9 +20,11 @@ def slice_of(
         return dict(stated), ()
     length, _, height = box
     slab = {"box_mm": [length, width_mm, height], "slab": True}
-    note = (
-        f"the draw-down was simulated as a slice {width_mm:g} mm deep between smooth"
-        " panes, in place of the box as described: --whole-pile simulates that"
+    note = tr(
+        "the draw-down was simulated as a slice {:g} mm deep between"
+        " smooth panes, in place of the box as described: --whole-pile"
+        " simulates that",
+        width_mm,
     )
     return stated | slab, (note,)
 

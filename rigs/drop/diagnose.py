@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.language import tr
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.evidence import Kind
@@ -62,7 +63,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     )
     if not filmed and not listened:
         raise ValueError(
-            "; ".join(t.trouble for t in tracks if t.trouble) or "there is no drop"
+            "; ".join(t.trouble for t in tracks if t.trouble) or tr("there is no drop")
         )
     told = {t.recording: t for t in usable}
     sounds = impacts_from_times(listened) if listened else None
@@ -79,7 +80,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         contact,
         law_of,
         partial(separating_recordings, EFFECTS),
-        (*notes, *((FEW,) if few else ())),
+        (*notes, *((tr(FEW),) if few else ())),
         remarks,
         follows=(RESTITUTION, conditions),
     )
@@ -99,7 +100,9 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
     z = np.hstack([c.columns(names) for c in conditions]) if conditions else None
     plain = with_impacts(flights, sessions, sounds, z)
     if plain is None:
-        raise ValueError(f"{FEW}: the times of at least 5 impacts in all are needed")
+        raise ValueError(
+            tr("{}: the times of at least 5 impacts in all are needed", tr(FEW))
+        )
     joint: JointModel = plain.model
     out = [Alternative(plain), *_pushed(plain)]
     if joint.impacts is None or all(
@@ -116,8 +119,11 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
             Alternative(
                 longer,
                 LISTED_ODDS,
-                "contacts lie as far beside the centre as those of a seed of"
-                f" elongation {shape.elongation:.2g}",
+                tr(
+                    "contacts lie as far beside the centre as those of a seed"
+                    " of elongation {:.2g}",
+                    shape.elongation,
+                ),
                 (SHAPE.name,),
                 sector=SHAPE.sector,
                 ln_likelihood=ln_bayes_bound(shape.p) + _same(plain, longer),
@@ -192,8 +198,13 @@ def remarks(fit: Fit) -> tuple[str, ...]:
     ]
     if odd:
         said.append(
-            f"{', '.join(odd)}: something of its own pushes it much harder than the"
-            f" other flights (taken as {ODD:g} times as hard), so that it counts little"
+            tr(
+                "{}: something of its own pushes it much harder than the other"
+                " flights (taken as {:g} times as hard), so that it counts"
+                " little",
+                ", ".join(odd),
+                ODD,
+            )
         )
     return (*said, *heights_in_words(fit))
 
@@ -206,11 +217,13 @@ def _own_force(models: list[Model]) -> float:
 def own_forces_in_words(models: list[Model]) -> str:
     """By how much flights differ, and why they may."""
     own = _own_force(models)
-    return (
-        f"beside all that they have in common each flight is pushed by {own:.2g} m/s²"
-        f" ({100 * own / G_M_S2:.2g} % of its weight) of its own, another way each"
-        " time: spin, a turning seed tracked beside its centre of mass, motion towards"
-        " the camera, or seeds that differ"
+    return tr(
+        "beside all that they have in common each flight is pushed by"
+        " {:.2g} m/s² ({:.2g} % of its weight) of its own, another way each"
+        " time: spin, a turning seed tracked beside its centre of mass,"
+        " motion towards the camera, or seeds that differ",
+        own,
+        100 * own / G_M_S2,
     )
 
 
@@ -225,10 +238,16 @@ def heights_in_words(fit: Fit) -> tuple[str, ...]:
         sd = fit.sd(name)
         if abs(value) > max(usual, CONTRADICTION_SDS * sd):
             session = name.partition(":")[2]
-            where = f" of session {session!r}" if session else ""
+            where = tr(" of session {!r}", session) if session else ""
             low = "low" if value > 0 else "high"
             said.append(
-                f"the stated heights{where} are {abs(value):.2g} ± {sd:.1g} mm {low}"
+                tr(
+                    "the stated heights{} are {:.2g} ± {:.1g} mm {}",
+                    where,
+                    abs(value),
+                    sd,
+                    low,
+                )
             )
     return tuple(said)
 
@@ -278,7 +297,7 @@ def _impact_curves(before: Fit, after: Fit) -> list[Curve]:
     for r, recording in enumerate(model.impacts.names):
         for rows, first, quantity in (
             (model.e_rows, 0, "restitution"),
-            (model.kick_rows, len(model.e_rows), "sideways kick"),
+            (model.kick_rows, len(model.e_rows), tr("sideways kick")),
         ):
             own = np.flatnonzero(model.impacts.recording[rows] == r)
             if len(own):

@@ -1,5 +1,6 @@
 """Heights of rebound that were read off → restitution, Eq. 1: e = √(H₂/H₁)."""
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.readings import Derived, Summary, root_of_heights
 from benchtwin.vision.recording import Recording
 
@@ -12,16 +13,16 @@ def restitution(recording: Recording, read: Summary, common: float) -> Derived:
     drop = recording.drop
     height, on_seeds = drop.height_mm, drop.plate is not None
     if height is None:
-        missing = "[drop] height_mm is missing; without it no restitution (Eq. 1)"
+        missing = tr("[drop] height_mm is missing; without it no restitution (Eq. 1)")
         notes = () if on_seeds else (f"{recording.toml}: {missing}",)
         return Derived(notes=notes)
     doubt = ""
     if read.high > height:
         what = "rise" if on_seeds else "rebound"
-        doubt = f"a {what} of {read.high:g} mm is higher than the release at"
+        doubt = tr("a {} of {:g} mm is higher than the release at", what, read.high)
         doubt = f"{doubt} {height:g} mm"
     elif read.mean < LEAST_REBOUND * height and not on_seeds:
-        doubt = f"a rebound of {read.mean:g} mm from {height:g} mm: is it in"
+        doubt = tr("a rebound of {:g} mm from {:g} mm: is it in", read.mean, height)
         doubt = f"{doubt} millimetres?"
     if not read.mean:
         return Derived(doubts=(doubt,))

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import tomli_w
 
+from benchtwin.bench.language import tr
 from benchtwin.rigs.drop import RIG
 from benchtwin.rigs.drop.flown import motion_of
 from benchtwin.sim.picture import Camera, Look, film
@@ -92,7 +93,7 @@ def followed(
     track = observe(read_recording(folder, {})).track
     if track is None:
         raise ValueError(
-            f"{folder}: the measuring code found no seed in the twin's film"
+            tr("{}: the measuring code found no seed in the twin's film", folder)
         )
     found = 1e-3 * track[["x_mm", "y_mm"]].to_numpy()
     frame = track["frame"].to_numpy(int)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 
 USUAL = 0.5  # centre of the prior of restitution
@@ -40,10 +41,13 @@ class FirstBounce:
         """Why the stated height is not believed; "" where it may be."""
         if abs(self.low_mm) < max(CONTRADICTION_SDS * self.low_sd_mm, height_sd_mm):
             return ""
-        side = "low" if self.low_mm > 0 else "high, or the first impact is missing"
-        return (
-            f"the stated height is {abs(self.low_mm):.2g} ± {self.low_sd_mm:.1g} mm"
-            f" {side}, if restitution is that of the later bounces"
+        side = "low" if self.low_mm > 0 else tr("high, or the first impact is missing")
+        return tr(
+            "the stated height is {:.2g} ± {:.1g} mm {}, if restitution is"
+            " that of the later bounces",
+            abs(self.low_mm),
+            self.low_sd_mm,
+            side,
         )
 
 

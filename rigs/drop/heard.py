@@ -17,6 +17,7 @@ import pandas as pd
 from benchtwin.bench.air import air_of, drag_of_hops, through_air
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import elongation
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.rigs.drop.first_bounce import first_bounce, first_flat_sd
 from benchtwin.rigs.drop.measure import QUANTITIES, air_in_words
@@ -160,8 +161,11 @@ def measure_impacts(
     if sd is None:
         sd = estimate_time_sds(times)
         notes.append(
-            "no sd_s is stated: each impact's time is taken to be known to"
-            f" {1000 * sd[0]:.2g} ms, by rounding and scatter"
+            tr(
+                "no sd_s is stated: each impact's time is taken to be known to"
+                " {:.2g} ms, by rounding and scatter",
+                1000 * sd[0],
+            )
         )
     height = recording.drop.height_mm if first else None
     gap = np.diff(times)
@@ -194,9 +198,10 @@ def measure_impacts(
     by_name = {q.name: q for q in found}
     quantities = [by_name[name] for name, _ in QUANTITIES]
     if gap.max() > LONGEST_S:
-        wrong = (
-            f"an interval of {gap.max():.4g} s between impacts: t_s is to be in seconds"
-            " (are these milliseconds?)"
+        wrong = tr(
+            "an interval of {:.4g} s between impacts: t_s is to be in"
+            " seconds (are these milliseconds?)",
+            gap.max(),
         )
         all_wrong = tuple(failed(q.name, q.unit, wrong) for q in quantities)
         return all_wrong, table, [*notes, wrong]
@@ -205,9 +210,11 @@ def measure_impacts(
         return _without_height(times, given, recording, why)
     what = _even(table) or ("" if height else _too_far_up(top))
     if missed is not None:
-        what = (
-            f"an impact seems to be missing: interval {missed + 1} ({gap[missed]:.4g}"
-            " s) does not fit the others"
+        what = tr(
+            "an impact seems to be missing: interval {} ({:.4g} s) does"
+            " not fit the others",
+            missed + 1,
+            gap[missed],
         )
         notes.append(what)
     if what and (missed is None or missed < 2):
@@ -245,9 +252,12 @@ def _of_fall(fall: Fall) -> tuple[list[Quantity], list[str]]:
     notes, by_height, normal = [], fall.by_height, fall.normal.doubt(fall.doubt)
     if fall.lost > MOST_LOST:
         notes.append(
-            f"the air takes {100 * fall.lost:.0f} % of the fall: √(H2/H1) ="
-            f" {by_height * normal.value:.4g} is no restitution; the ratio of the"
-            " speeds is given"
+            tr(
+                "the air takes {:.0f} % of the fall: √(H2/H1) = {:.4g} is no"
+                " restitution; the ratio of the speeds is given",
+                100 * fall.lost,
+                by_height * normal.value,
+            )
         )
         by_height = 1.0
     parts = ("value", "sd", "sd_common", "believed_sd")
@@ -261,27 +271,28 @@ def _without_fall(
 ) -> list[Quantity]:
     """The same where the first fall is unknown: the restitution is the second
     impact's."""
-    text, reason = NOT_FIRST, NOT_FIRST
+    text, reason = tr(NOT_FIRST), tr(NOT_FIRST)
     if first:
-        text = (
-            f"{recording.toml}: [drop] height_mm is missing; the first impact's speed"
-            " is needed"
+        text = tr(
+            "{}: [drop] height_mm is missing; the first impact's speed is needed",
+            recording.toml,
         )
-        reason = "[drop] height_mm is missing, so the first one's speed is unknown"
+        reason = tr("[drop] height_mm is missing, so the first one's speed is unknown")
     unknown = all_failed((("restitution", "1"), ("impact_speed", "m/s")), text)
     if len(bounces.times) < 3:
         return [*unknown, failed("restitution_normal", "1", text)]
     second = bounces.quantity("e", "restitution_normal", 1)
-    return [*unknown, second.doubt(f"of the second impact: {reason}")]
+    return [*unknown, second.doubt(tr("of the second impact: {}", reason))]
 
 
 def _too_far_up(top_mm: float) -> str:
     """A doubt where a rebound is higher than falls are believed to be; ""."""
     if top_mm < INSIDE_SDS * unstated_sd("fall"):
         return ""
-    return (
-        f"a rebound of {top_mm:.4g} mm, and no height is stated: are these the"
-        " impacts of several drops?"
+    return tr(
+        "a rebound of {:.4g} mm, and no height is stated: are these the"
+        " impacts of several drops?",
+        top_mm,
     )
 
 
@@ -291,20 +302,23 @@ def _even(table: pd.DataFrame) -> str:
     later, sd = table.restitution[1:], table.restitution_sd[1:]
     if not len(later) or (later + INSIDE_SDS * sd < 1).any():
         return ""
-    return "the intervals do not shrink: are these the impacts of several drops?"
+    return tr("the intervals do not shrink: are these the impacts of several drops?")
 
 
 def _too_low(height: float, gap: float, top: float, e: np.ndarray) -> str:
     """Why the stated height [mm] is not that of the drop, with the height that the
     second bounce makes likely."""
-    said = (
-        f"the first interval of {gap:.4g} s is a rebound of {top:.4g} mm, higher than"
-        f" the drop ([drop] height_mm = {height:g}): is height_mm in millimetres and"
-        " t_s in seconds, or was an impact missed?"
+    said = tr(
+        "the first interval of {:.4g} s is a rebound of {:.4g} mm, higher"
+        " than the drop ([drop] height_mm = {:g}): is height_mm in"
+        " millimetres and t_s in seconds, or was an impact missed?",
+        gap,
+        top,
+        height,
     )
     if len(e) > 1 and 0 < e[1] < 1:
         likely = float(f"{top / e[1] ** 2:.2g}")
-        said += f" The bounces behind make {likely:g} mm likely"
+        said += tr(" The bounces behind make {:g} mm likely", likely)
     return said
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.rerun import (
     Comparison,
     Resimulation,
@@ -101,17 +102,21 @@ def strikes_again(
             rows.append(
                 Comparison(name, COLUMNS[key], unit, old_rms, new_rms, "impacts")
             )
-    how = (
-        f"each impact was run by the DEM at its recorded speed and spin, {WAYS} ways of"
-        " lying averaged; so that bounces are as high as recorded on average,"
-        f" restitution at {speeds:.2g} m/s is {old:.3f} in the old and {new:.3f} in the"
-        " new twin"
+    how = tr(
+        "each impact was run by the DEM at its recorded speed and spin, {}"
+        " ways of lying averaged; so that bounces are as high as recorded"
+        " on average, restitution at {:.2g} m/s is {:.3f} in the old and"
+        " {:.3f} in the new twin",
+        WAYS,
+        speeds,
+        old,
+        new,
     )
     how = f"{again.how}; {how}" if again.how else how
     named = {"recorded": recorded, "old twin": before, "new twin": after}
     points = {n: (-seen.before[:, 1], values[key]) for n, values in named.items()}
     figure = {
-        "x": "impact speed (m/s)",
+        "x": tr("impact speed (m/s)"),
         "y": COLUMNS[key] + ("" if unit == "1" else " (m/s)"),
         "points": points,
     }

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 from scipy.linalg import block_diag
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import FARTHEST_M, NEAREST_M, unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import PRIOR_WIDTHS, UnknownScatter
@@ -71,13 +72,15 @@ def prepare_sessions(
                 noise = estimate_noise(seen)
         except ValueError as error:
             notes.append(
-                f"session {session!r} left out: {error}" if session else str(error)
+                tr("session {!r} left out: {}", session, error)
+                if session
+                else str(error)
             )
             continue
         notes += [*seen.notes, *twice]
         found.append(PreparedSession(own, noise, problem_of(build(seen), noise)))
     if not found:
-        raise ValueError("; ".join(notes) or "no drop was filmed")
+        raise ValueError("; ".join(notes) or tr("no drop was filmed"))
     return tuple(found), tuple(notes)
 
 

@@ -7,6 +7,7 @@ from pydantic import Field
 from benchtwin.bench.priors import stated_sd, usable_sd
 from benchtwin.bench.section import (
     FROM_LIST,
+    SIMULATED,
     Coverage,
     Finite,
     FourNumbers,
@@ -28,7 +29,7 @@ class Drop(Section):
     """sd of height_mm, common to a session; absent: 5 mm, as of hands and rulers."""
     plate_mm: TwoLengths | None = None
     """Length and width of the plate."""
-    bounces: Annotated[int, Field(ge=1, le=100)] | None = None
+    bounces: Annotated[Annotated[int, Field(ge=1, le=100)] | None, SIMULATED] = None
     """How many bounces are simulated."""
     orientation: Literal["flat", "any"] | FourNumbers | None = None
     """How the seed lies when released: "flat", "any", or a quaternion."""
@@ -56,7 +57,7 @@ class Drop(Section):
     glue_loss: Annotated[float, Field(ge=0, lt=1)] | None = None
     """Share that the glue of a plate of seeds takes of what an impact gives back of the
     energy. Absent: as of hard glue."""
-    drops: Annotated[int, Field(ge=1, le=1000)] | None = None
+    drops: Annotated[Annotated[int, Field(ge=1, le=1000)] | None, SIMULATED] = None
     """How many seeds fall on each simulated plate of seeds."""
     impacts_added_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None
     """Moments in the sound at which an impact was not found."""

@@ -24,6 +24,7 @@ import pandas as pd
 from benchtwin.bench.air import Air, drag_at
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, unstated_sd
 from benchtwin.infer.noise import (
     Noise,
@@ -314,8 +315,11 @@ def measure_drop(
         first = (track.t_s - tried[0].t_s)[np.argmax(late)] / late.max()
         best = f"{1e3 * (first + more):.2g} ± {1e3 * sd:.1g} ms"
         notes.append(
-            "[camera] readout_s is not stated; falling and rising parts agree best at"
-            f" {best}, which the sds allow for"
+            tr(
+                "[camera] readout_s is not stated; falling and rising parts"
+                " agree best at {}, which the sds allow for",
+                best,
+            )
         )
         marked = replace(marked, t_s=marked.t_s + more * late)
     joint = found.model.session.joint
@@ -343,7 +347,7 @@ def _evidence(track: Track, recording: Recording, flights: Flights) -> Evidence:
     """In metres and seconds by what gravity makes of the fall."""
     unit, clock, gamma = 1e-3, 1.0, flights.free
     if not gamma > 0:
-        raise MeasurementError("nothing in the track falls freely (is y upwards?)")
+        raise MeasurementError(tr("nothing in the track falls freely (is y upwards?)"))
     if not track.timed:
         if track.unit != "mm":
             begin, end = flights.apex_time(0), flights.time[flights.rows[0][-1]]
@@ -421,26 +425,35 @@ def _contradiction(free: Fitted) -> str:
     certain = abs(ratio - 1) > CONTRADICTION_SDS * math.hypot(*known)
     if not told.track.physical or not certain:
         return ""
-    text = f"free fall gives {ratio * G_M_S2:.3g} m/s² instead of 9.81"
+    text = tr("free fall gives {:.3g} m/s² instead of 9.81", ratio * G_M_S2)
     rate = math.sqrt(ratio)
-    fps = (
-        f"the frame rate is stated {max(rate, 1 / rate):.3g} × too"
-        f" {'high' if ratio > 1 else 'low'}"
+    fps = tr(
+        "the frame rate is stated {:.3g} × too {}",
+        max(rate, 1 / rate),
+        tr("high") if ratio > 1 else tr("low"),
     )
-    scale = (
-        f"the scale (mm_per_px) {max(ratio, 1 / ratio):.3g} × too"
-        f" {'large' if ratio > 1 else 'small'}"
+    scale = tr(
+        "the scale (mm_per_px) {:.3g} × too {}",
+        max(ratio, 1 / ratio),
+        tr("large") if ratio > 1 else tr("small"),
     )
     stated = recording.drop.height_mm
     if stated and len(free.model.session.joint) and told.flights.release_seen():
         fall = free.one.at["fall"]
         if abs(fall / stated - 1) < 0.03:
-            return (
-                f"{text}: {fps} (the fall of {stated:g} mm is right, so the scale is)"
+            return tr(
+                "{}: {} (the fall of {:g} mm is right, so the scale is)",
+                text,
+                fps,
+                stated,
             )
         if abs(fall / stated / ratio - 1) < 0.05:
-            return (
-                f"{text}: {scale} (the fall reads {fall:.4g} mm instead of {stated:g})"
+            return tr(
+                "{}: {} (the fall reads {:.4g} mm instead of {:g})",
+                text,
+                scale,
+                fall,
+                stated,
             )
     return f"{text}: {fps}, or {scale}"
 
@@ -458,18 +471,25 @@ def _with_height(found: Fitted) -> tuple[Fitted, tuple[list[str], list[str]]]:
             return both, ([], [])
     fall, fall_sd = found.known["fall"].value, found.known["fall"].sd
     if not stated or track.unit != "mm":
-        said = f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}"
+        said = tr("H1 is the fall seen, {:.5g} ± {:.2g} {}", fall, fall_sd, track.unit)
         return found, ([said] if told.flights.release_seen() else [], [])
     notes = []
     if abs(fall - stated) > off_sd + 2 * fall_sd:
         notes = [
-            f"the fall seen is {fall:.4g} ± {fall_sd:.2g} mm but [drop] height_mm says"
-            f" {stated:g}"
+            tr(
+                "the fall seen is {:.4g} ± {:.2g} mm but [drop] height_mm says {:g}",
+                fall,
+                fall_sd,
+                stated,
+            )
         ]
     if not told.believed or not math.isfinite(fall):
         return found, (notes, notes)
     if abs(fall - stated) > max(3 * math.hypot(fall_sd, off_sd), 0.02 * stated):
-        return found, (notes, [f"{notes[0]}: one of them is in a wrong unit or wrong"])
+        return found, (
+            notes,
+            [tr("{}: one of them is in a wrong unit or wrong", notes[0])],
+        )
     return both, (notes, [])
 
 
@@ -480,11 +500,13 @@ def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity,
     stated, track = told.recording.drop.height_mm, told.track
     if not told.flights.release_seen() and (not stated or track.unit == "px"):
         missing = (
-            "[camera] mm_per_px is missing, which height_mm needs"
+            tr("[camera] mm_per_px is missing, which height_mm needs")
             if stated
-            else "[drop] height_mm is needed"
+            else tr("[drop] height_mm is needed")
         )
-        text = f"the release is not in the track; {told.recording.toml}: {missing}"
+        text = tr(
+            "the release is not in the track; {}: {}", told.recording.toml, missing
+        )
         known["restitution"] = failed("restitution", "1", text)
     known["restitution"] = known["restitution"].doubt(*doubts)
     if doubt:
@@ -516,27 +538,34 @@ def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
     told, flights = found.told, found.told.flights
     first, second = flights.rows[0], flights.rows[1]
     if quantity.name != "impact_speed" and not BELOW < e < ABOVE:
-        quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
+        quantity = quantity.doubt(
+            tr("restitution {:.3g} is not that of a free bounce", e)
+        )
     if not flights.few:
         if quantity.name != "impact_speed":
             quantity = _rebound_cut(quantity, flights)
             if len(second) < LEAST_FRAMES:
                 quantity = quantity.doubt(
-                    f"only {len(second)} frames of the first rebound"
+                    tr("only {} frames of the first rebound", len(second))
                 )
         if len(first) < LEAST_FRAMES:  # they determine the height at contact
             quantity = quantity.doubt(
-                f"only {len(first)} frames before the first impact"
+                tr("only {} frames before the first impact", len(first))
             )
     if quantity.value and quantity.sd > VAGUE * abs(quantity.value):
-        quantity = quantity.doubt("known no better than 10 %")
+        quantity = quantity.doubt(tr("known no better than 10 %"))
     quantity = quantity.doubt(_slipped(told))
     sd = float(np.median(told.track.sd))
     noise, reach = flights.noise, float(np.ptp(told.track.y))
     if math.isfinite(sd) and noise > 5 * sd and noise > 0.003 * reach:
         quantity = quantity.doubt(
-            f"places scatter {noise:.2g} {told.track.unit} about the parabolas, their"
-            f" stated sd is {sd:.2g}"
+            tr(
+                "places scatter {:.2g} {} about the parabolas, their stated sd"
+                " is {:.2g}",
+                noise,
+                told.track.unit,
+                sd,
+            )
         )
     return (
         quantity.doubt(*unless(found.rivals, quantity)) if told.believed else quantity
@@ -558,10 +587,12 @@ def _slipped(told: Evidence) -> str:
     leap = np.abs(np.diff(off[count - 1 : count + 1]))  # drag bends, and leaps nowhere
     if count < 2 or not (leap > SLIPPED_SDS * flights.noise).all():
         return ""
-    return (
-        f"the last {count} rows before the impact lie"
-        f" {abs(np.median(off[:count])):.2g} {track.unit} off the fall: did the tracker"
-        " slip?"
+    return tr(
+        "the last {} rows before the impact lie {:.2g} {} off the fall:"
+        " did the tracker slip?",
+        count,
+        abs(np.median(off[:count])),
+        track.unit,
     )
 
 
@@ -577,14 +608,16 @@ def _rebound_cut(quantity: Quantity, flights: Flights) -> Quantity:
     share = float((end - low) / max(high - low, 1e-12))  # of the rise that is seen
     of_height = quantity.name in ("rebound_height", "restitution")
     if of_height and (len(second) < 8 or share < 0.6):
-        text = (
-            "the recording stops before the rebound's highest point"
-            f" ({len(second)} frames, {100 * share:.0f} % of it)"
+        text = tr(
+            "the recording stops before the rebound's highest point ({}"
+            " frames, {:.0f} % of it)",
+            len(second),
+            100 * share,
         )
         text = quantity.reason if quantity.quality == "failed" else text
         return failed(quantity.name, quantity.unit, text)
     return quantity.doubt(
-        "the track ends before the rebound's highest place, which is extrapolated"
+        tr("the track ends before the rebound's highest place, which is extrapolated")
     )
 
 
@@ -650,13 +683,16 @@ def _no_bounce(told: Evidence) -> str:
     drop = np.ptp(up[rows])
     end = up[-max(3, len(up) // 50) :]
     if np.ptp(end) < 0.01 * drop and len(up) - rows[-1] > 5:
-        return (
-            f"no rebound: after falling {drop:.4g} {told.track.unit} the seed stays"
-            " down"
+        return tr(
+            "no rebound: after falling {:.4g} {} the seed stays down",
+            drop,
+            told.track.unit,
         )
-    return (
-        f"no impact in the track: one flight of {drop:.4g} {told.track.unit}, no bounce"
-        " (does the recording end too early?)"
+    return tr(
+        "no impact in the track: one flight of {:.4g} {}, no bounce (does"
+        " the recording end too early?)",
+        drop,
+        told.track.unit,
     )
 
 
@@ -685,19 +721,29 @@ def _scale_note(found: Fitted) -> list[str]:
     """Notes on a scale or frame rate that is not stated, as gravity gives it."""
     told, scale, sd = found.told, found.fit.by_name["scale"], found.fit.sd("scale")
     if told.believed:
-        text = f"gravity corrects the scale by {100 * scale:.2f} % within its stated sd"
+        text = tr(
+            "gravity corrects the scale by {:.2f} % within its stated sd", 100 * scale
+        )
         return [text] if abs(scale) > 2e-3 else []
     if told.track.timed:
         mm, relative = 1e3 * told.unit * (1 + scale), sd / (1 + scale)
         return [
-            f"gravity makes it {mm:.5g} ± {mm * relative:.2g} mm per px (if the frame"
-            " rate is right)"
+            tr(
+                "gravity makes it {:.5g} ± {:.2g} mm per px (if the frame rate"
+                " is right)",
+                mm,
+                mm * relative,
+            )
         ]
     if told.track.unit == "mm":
         rate, relative = math.sqrt(1 + scale) / told.clock, sd / 2 / (1 + scale)
         return [
-            f"gravity makes it {rate:.5g} ± {rate * relative:.2g} frames per second (if"
-            " the scale is right)"
+            tr(
+                "gravity makes it {:.5g} ± {:.2g} frames per second (if the"
+                " scale is right)",
+                rate,
+                rate * relative,
+            )
         ]
     return []
 
@@ -707,10 +753,10 @@ def air_in_words(air: Air, fastest_m_s: float) -> list[str]:
     if not air.share:
         return []
     if air.sd >= air.share:
-        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
-        return [f"air drag is a usual seed's, ± 100 %: {missing}"]
+        missing = tr("[seed] sizes and mass_g or density_kg_m3 are unknown")
+        return [tr("air drag is a usual seed's, ± 100 %: {}", missing)]
     most = drag_at(air, fastest_m_s) * fastest_m_s**2 / G_M_S2
-    return [f"air drag (up to {100 * most:.1f} % of the weight) is allowed for"]
+    return [tr("air drag (up to {:.1f} % of the weight) is allowed for", 100 * most)]
 
 
 def _said(told: Evidence) -> list[str]:
@@ -718,11 +764,15 @@ def _said(told: Evidence) -> list[str]:
     track, flights, notes = told.track, told.flights, []
     if not track.physical:
         unknown = (["scale"] if track.unit == "px" else []) + (
-            [] if track.timed else ["frame rate"]
+            [] if track.timed else [tr("frame rate")]
         )
         notes.append(
-            f"{' and '.join(unknown)} unknown: lengths in {track.unit}, times in"
-            f" {track.time_unit}; ratios do not need them"
+            tr(
+                "{} unknown: lengths in {}, times in {}; ratios do not need them",
+                tr(" and ").join(unknown),
+                track.unit,
+                track.time_unit,
+            )
         )
     air = told.session.air[0]
     speed = abs(float(flights.speed(0, flights.time[flights.rows[0][-1]])))
@@ -730,13 +780,18 @@ def _said(told: Evidence) -> list[str]:
     notes += air_in_words(air, speed)
     if flights.outlier.any():
         notes.append(
-            f"{int(flights.outlier.sum())} frames lie off their flight and were left"
-            " out (marked as outliers)"
+            tr(
+                "{} frames lie off their flight and were left out (marked as outliers)",
+                int(flights.outlier.sum()),
+            )
         )
     if flights.unused:
         began = f"{flights.time[flights.rows[0][0]]:.4g} {track.time_unit}"
         notes.append(
-            f"before {began} the place moves, but not in a free fall (a hand, or a"
-            " slip of the tracker): these rows are not used"
+            tr(
+                "before {} the place moves, but not in a free fall (a hand, or"
+                " a slip of the tracker): these rows are not used",
+                began,
+            )
         )
     return notes

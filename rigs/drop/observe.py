@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.rigs.drop.heard import measure_impacts
 from benchtwin.rigs.drop.measure import QUANTITIES, Rebound, measure_drop
 from benchtwin.rigs.drop.on_seeds import observe_on_seeds
@@ -75,7 +76,7 @@ def _check_units(track: Track, recording: Recording) -> None:
     if doubt := unit_doubt(
         falls, 1.0, 1.0, bool((track.time == np.round(track.time)).all())
     ):
-        raise MeasurementError(f"{recording.files[0]}: t_s, x_mm, y_mm: {doubt}")
+        raise MeasurementError(tr("{}: t_s, x_mm, y_mm: {}", recording.files[0], doubt))
 
 
 def _observe_impacts(recording: Recording) -> Observation:

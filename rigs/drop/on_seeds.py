@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.of_recording import Progress, need_track, seed_of
 from benchtwin.vision.motion.rise import Rise, rise_of
@@ -22,7 +23,7 @@ def height_unknown(recording: Recording) -> str:
     """Why a rise from a plate of seeds tells nothing; "" where it does."""
     if not recording.drop.plate or recording.drop.height_mm is not None:
         return ""
-    return (
+    return tr(
         "[drop] height_mm is missing: a seed rises from a plate of seeds by a share of"
         " its fall"
     )
@@ -35,8 +36,11 @@ def observe_on_seeds(
     reason."""
     if recording.evidence in HEARD:
         raise MeasurementError(
-            f"{recording.path}: impacts that were heard do not tell how far a seed rose"
-            " from a plate of seeds: film it, or read the height"
+            tr(
+                "{}: impacts that were heard do not tell how far a seed rose"
+                " from a plate of seeds: film it, or read the height",
+                recording.path,
+            )
         )
     need_track(recording)
     seen = seed_of(recording, progress, falling=True)
@@ -66,7 +70,8 @@ def fell_through(risen: Rise, recording: Recording) -> str:
     known = float(np.hypot(drop.height_sd, risen.sd_mm))
     if deeper < IN_A_HOLLOW * min(sizes) + SURE * known:
         return ""
-    return (
-        f"the seed fell {deeper:.1f} mm deeper than the tops of the plate of seeds: it"
-        " struck the board in a gap between them"
+    return tr(
+        "the seed fell {:.1f} mm deeper than the tops of the plate of"
+        " seeds: it struck the board in a gap between them",
+        deeper,
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from benchtwin.bench.air import stated_sizes_mm
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.rerun import Comparison, Resimulation, differences
 from benchtwin.rigs.drop.filmed import Seed, camera_for, followed, moments
 from benchtwin.twin.paths import beside
@@ -47,19 +48,24 @@ def with_pictures(
         "old twin": old[rows],
         "new twin": new[rows],
     }
-    say(f"drop: drawing {s.names[r]}")
-    caption = (
-        f"{s.names[r]} at {MOMENTS} moments: where it was recorded, where the old twin"
-        f" is, and the new twin with {' and '.join(again.effects)}; right: what differs"
-        " between recording and twin, brightened"
+    say(tr("drop: drawing {}", s.names[r]))
+    caption = tr(
+        "{} at {} moments: where it was recorded, where the old twin is,"
+        " and the new twin with {}; right: what differs between recording"
+        " and twin, brightened",
+        s.names[r],
+        MOMENTS,
+        tr(" and ").join(again.effects),
     )
     drawn = replace(again, picture=strobe(flown, r, rows, seen), caption=caption)
     if not pictures:
         return drawn
     filmed = tuple(_filmed(flown, r, rows, seen, folder, say))
-    how = (
-        f"{again.how}; the old and the new twin of {s.names[r]} were also rendered, and"
-        " followed by the code that measures films"
+    how = tr(
+        "{}; the old and the new twin of {} were also rendered, and"
+        " followed by the code that measures films",
+        again.how,
+        s.names[r],
     )
     return replace(drawn, compared=(*again.compared, *filmed), how=how)
 
@@ -153,7 +159,7 @@ def _filmed(
         left[which] = 1e3 * float(np.sqrt(((found - recorded)[~touch] ** 2).mean()))
     yield Comparison(
         s.names[r],
-        "place in flight",
+        tr("place in flight"),
         "mm",
         left["old twin"],
         left["new twin"],

@@ -10,6 +10,7 @@ import numpy as np
 
 from benchtwin.bench.air import air_of, drag_of_hops, hop_s
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
@@ -88,7 +89,7 @@ def falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> str:
         for sign in (-1, 1)
     )
     free = down > 0 and up < UPWARDS * down and np.ptp(y) > np.ptp(x) / 2
-    return "it falls freely" if free else ""
+    return tr("it falls freely") if free else ""
 
 
 def read_drops(folder: Path | Observed) -> list[SeenTrack]:
@@ -148,7 +149,7 @@ def _heard_instead(entry: Recording, trouble: str) -> list[SeenTrack]:
         heard = heard_of(entry)
     except MeasurementError as error:
         raise MeasurementError(f"{trouble}; {error}") from error
-    alone = f"from its sound alone: {trouble}"
+    alone = tr("from its sound alone: {}", trouble)
     return [replace(one, notes=(*one.notes, alone)) for one in heard]
 
 
@@ -165,7 +166,7 @@ def heard_of(recording: Recording) -> list[SeenTrack]:
         return [replace(told, contacts_s=times, contacts_sd_s=sd, notes=table.notes)]
     file = sound_of(recording)
     if file is None:
-        raise MeasurementError(f"{recording.path}: holds no sound")
+        raise MeasurementError(tr("{}: holds no sound", recording.path))
     found = impacts_in_sound(file, recording)
     heard = []
     for drop in found.drops:
@@ -189,10 +190,10 @@ def readings_of(recording: Recording) -> list[SeenTrack]:
     apart as such a rebound lasts. MeasurementError where there are none."""
     table = read_readings(recording.files[0])
     if READING not in table.rows:
-        raise MeasurementError(f"{recording.files[0]}: no column {READING}")
+        raise MeasurementError(tr("{}: no column {}", recording.files[0], READING))
     parts = rows_alike(recording, "drop", table)
     if not any(told.drop.height_mm for told, _ in parts):
-        missing = (
+        missing = tr(
             "[drop] height_mm is missing; a rebound by itself tells no restitution"
         )
         raise MeasurementError(f"{recording.toml}: {missing}")
@@ -203,7 +204,7 @@ def readings_of(recording: Recording) -> list[SeenTrack]:
         if told.drop.height_mm and height_mm > 0
     ]
     if not seen:
-        raise MeasurementError(f"{recording.files[0]}: no rebound rose")
+        raise MeasurementError(tr("{}: no rebound rose", recording.files[0]))
     return _numbered(seen)
 
 
@@ -264,9 +265,11 @@ def _at_speed(track: Track, recording: Recording) -> tuple[Track, tuple[str, ...
     if near == 1 or abs(times / near - 1) > SURE_SDS * math.hypot(*known) / 2:
         return track, ()
     shown = float(np.median(np.diff(track.frame) / np.diff(track.t_s)))
-    note = (
-        f"[camera] fps is not stated; by gravity the film plays {near:g} × slower than"
-        f" it was taken: at {near * shown:.4g} frames per second"
+    note = tr(
+        "[camera] fps is not stated; by gravity the film plays {:g} ×"
+        " slower than it was taken: at {:.4g} frames per second",
+        near,
+        near * shown,
     )
     return replace(track, t_s=track.t_s / near), (note,)
 
@@ -292,15 +295,21 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
     better than SCALE_OF_GRAVITY_SD; of several drops see `one_scale`."""
     if not track.timed:
         raise MeasurementError(
-            f"{recording.toml}: [camera] fps is missing; a diagnosis needs to know how"
-            " fast things fell"
+            tr(
+                "{}: [camera] fps is missing; a diagnosis needs to know how"
+                " fast things fell",
+                recording.toml,
+            )
         )
     found, notes, camera, scale = flights_of(track, recording), track.notes, {}, 1.0
     if track.unit == "px":
         if not found.free > 0:
             raise MeasurementError(
-                f"{recording.toml}: [camera] mm_per_px is missing, and nothing in the"
-                " track falls freely"
+                tr(
+                    "{}: [camera] mm_per_px is missing, and nothing in the"
+                    " track falls freely",
+                    recording.toml,
+                )
             )
         scale = G_MM_S2 / found.free
         alone = max(found.free_sd / found.free, LEAST_FALL_SD)
@@ -308,8 +317,11 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
         notes = (
             *notes,
             (
-                f"no scale is stated: the free fall makes it {scale:.4g} mm per px, and"
-                " nothing is said about scale"
+                tr(
+                    "no scale is stated: the free fall makes it {:.4g} mm per"
+                    " px, and nothing is said about scale",
+                    scale,
+                )
             ),
         )
     seen = flown(track, recording, found, scale)
@@ -321,10 +333,12 @@ def flights_of(track: Track, recording: Recording) -> Flights:
     """The flights among a track's rows that are no outliers."""
     used = track.used()
     if len(used) < 4:
-        raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
+        raise MeasurementError(
+            tr("{} usable frames; a flight needs at least 4", len(used))
+        )
     up, across = used.upright(recording.camera.plumb_deg)
     if not np.ptp(up):
-        raise MeasurementError("nothing falls in it: its height never changes")
+        raise MeasurementError(tr("nothing falls in it: its height never changes"))
     gates = recording.evidence == "gates.csv"
     gravity = G_MM_S2 if used.physical else None
     if gates or len(used) < FEW_ROWS:
@@ -382,7 +396,7 @@ def curve(drop: SeenTrack, *, relative: bool, timed: bool) -> Curve:
     """Height over time."""
     flies = drop.flight >= 0
     if not flies.any():
-        raise MeasurementError(f"{drop.recording}: no flight was seen")
+        raise MeasurementError(tr("{}: no flight was seen", drop.recording))
     height, time = drop.y_mm[flies], drop.time_s[flies]
     height = height - np.nanmin(height)
     return Curve("time (s)", "height (mm)", time, height, frame=drop.frame[flies])

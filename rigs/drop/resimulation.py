@@ -9,6 +9,7 @@ import numpy as np
 
 from benchtwin.bench.air import REFERENCE_SPEED_M_S, Air, drag_shape
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.rerun import (
     NO_LAWS,
     Comparison,
@@ -62,10 +63,10 @@ def resimulate(
     )
     flights = session_flights(filmed, in_flight, laws) if filmed else []
     if in_flight:
-        say("drop: flying the old and the new twin")
+        say(tr("drop: flying the old and the new twin"))
         pairs = [(f, f.read(without=in_flight), f.read()) for f in flights]
         rows = tuple(row for f, old, new in pairs for row in f.compared(old, new))
-        how = (
+        how = tr(
             "each flight was flown by the DEM from the start that the recording shows,"
             " old and new twin alike"
         )
@@ -78,7 +79,7 @@ def resimulate(
             replace(again, compared=rows, how=how), *best, folder, pictures, say
         )
     if len(in_flight) < len(names):
-        say("drop: striking the old and the new twin's plate")
+        say(tr("drop: striking the old and the new twin's plate"))
         again = strikes_again(
             again, finding, tracks, tuple(f.prepared for f in flights)
         )
@@ -190,7 +191,7 @@ class Flights:
                 1e3 * float(np.sqrt(((s.places - seen)[mine] ** 2).mean()))
                 for seen in (old, new)
             )
-            yield Comparison(name, "place in flight", "mm", before, after, "track")
+            yield Comparison(name, tr("place in flight"), "mm", before, after, "track")
 
 
 def left_out(of: Fit, r: int) -> np.ndarray:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial import legendre
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.noise import frame_lag
 from benchtwin.rigs.drop.flight_model import ROUND
 from benchtwin.rigs.drop.session import Session
@@ -43,7 +44,7 @@ def without_second_contacts(
     ]  # median weighted by 1/sd²
     held = np.abs(falls - usual) > np.maximum(HELD_SHARE * abs(usual), HELD_SD * sds)
     out, notes = list(tracks), []
-    left_out = "of its flights left out"
+    left_out = tr("of its flights left out")
     for r, i in enumerate(i for i, t in enumerate(tracks) if not t.trouble):
         flights = np.flatnonzero(session.recording == r).tolist()
         whole, ends = [], []
@@ -64,10 +65,17 @@ def without_second_contacts(
             tracks[i].flight.copy(),
         )
         if whole:
-            notes.append(f"{name}: {len(whole)} {left_out}: second contact in flight")
+            notes.append(
+                tr("{}: {} {}: second contact in flight", name, len(whole), left_out)
+            )
         if ends:
             notes.append(
-                f"{name}: the ends of {len(ends)} {left_out}: early second contact"
+                tr(
+                    "{}: the ends of {} {}: early second contact",
+                    name,
+                    len(ends),
+                    left_out,
+                )
             )
         for begin, end in whole:
             within = (time >= begin - 1e-9) & (time <= end + 1e-9)

@@ -9,6 +9,7 @@ from numpy.polynomial import legendre
 
 from benchtwin.bench.air import Air, air_of, stated_sizes_mm
 from benchtwin.bench.ellipsoid import elongation
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.rigs.drop.effects.hooks import View
 from benchtwin.rigs.drop.silhouette_spin import (
@@ -107,7 +108,9 @@ def assemble(
     tracks = [t for t in tracks if not t.trouble]
     parts, joints, fallen, notes = _kept_flights(tracks, block_s)
     if not parts:
-        raise ValueError(f"no flight with at least {LEAST} frames in any recording")
+        raise ValueError(
+            tr("no flight with at least {} frames in any recording", LEAST)
+        )
     sizes = np.array([len(p["frame"]) for p in parts])
     rows = {
         key: np.concatenate([p[key] for p in parts])
@@ -171,8 +174,11 @@ def _kept_flights(
         found = _flights_of(track, r, block_s)
         if not found:
             notes.append(
-                f"{track.recording}: no flight with at least {LEAST} frames; it is"
-                " left out"
+                tr(
+                    "{}: no flight with at least {} frames; it is left out",
+                    track.recording,
+                    LEAST,
+                )
             )
         numbers = {k: len(parts) + i for i, (k, _) in enumerate(found)}
         fallen.append(0 in numbers and 1 in numbers)

@@ -8,6 +8,7 @@ import numpy as np
 
 from benchtwin.bench.air import speed_through_air
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.language import tr
 from benchtwin.infer import power_law
 from benchtwin.infer.power_law import (
     Family,
@@ -74,7 +75,7 @@ def windows_of(fit: Fit) -> Windows:
                 "t_s",
                 0.0,
                 float(max(a["t_s"].max() for a, _, _ in about)),
-                "drift of the clock",
+                tr("drift of the clock"),
                 "measurement",
             )
         )
@@ -219,8 +220,10 @@ def _force(axis: str, way: str, quantity: str, powers, most: float) -> Family:
     unit = {"v_m_s": "m/s", "z_mm": "mm", "t_s": "s"}[axis]
 
     def say(rises: bool, power: str) -> str:
-        where = WAYS[way][0 if rises else 1]
-        return f"a force {where} that goes as {quantity} {power}, in flight only"
+        where = tr(WAYS[way][0 if rises else 1])
+        return tr(
+            "a force {} that goes as {} {}, in flight only", where, tr(quantity), power
+        )
 
     def acts(name: str, power: float) -> dict:
         def acceleration(motion: Motion, value: float) -> np.ndarray:
@@ -231,7 +234,7 @@ def _force(axis: str, way: str, quantity: str, powers, most: float) -> Family:
         return {
             "acceleration": acceleration,
             "counterpart": counterpart(
-                "a force along the motion over the weight is",
+                tr("a force along the motion over the weight is"),
                 "push_power",
                 "weights",
                 name,
@@ -242,12 +245,16 @@ def _force(axis: str, way: str, quantity: str, powers, most: float) -> Family:
 
     return Family(
         say,
-        ("1", f"of the weight at {most:g} {unit}"),
+        ("1", tr("of the weight at {:g} {}", most, unit)),
         "flight",
         powers,
         quantity,
         acts if along and axis == "v_m_s" else None,
-        f"the twin's air knows no force {WAYS[way][0]} that goes with {quantity}",
+        tr(
+            "the twin's air knows no force {} that goes with {}",
+            tr(WAYS[way][0]),
+            tr(quantity),
+        ),
     )
 
 
@@ -274,18 +281,25 @@ def _of_impacts(model) -> tuple[list[Family], np.ndarray]:
 
 def _struck(kind: str, quantity: str, about: float, powers) -> Family:
     by_speed = quantity == SPEED
-    where = f"at {about:g} m/s" if by_speed else f"after {about:g} impacts"
+    where = tr("at {:g} m/s", about) if by_speed else tr("after {:g} impacts", about)
     if kind == "e" and by_speed:
-        where = f"for each factor e of speed {where}"
+        where = tr("for each factor e of speed {}", where)
 
     def say(rises: bool, power: str) -> str:
         if kind == "e":
-            how = "rises" if rises else "falls"
-            return f"the restitution {how} with {quantity} {power}, in impacts only"
-        return (
-            "a sideways kick over the change of speed towards"
-            f" {'+x' if rises else '−x'} that goes as {quantity} {power}, in impacts"
-            " only"
+            how = tr("rises") if rises else tr("falls")
+            return tr(
+                "the restitution {} with {} {}, in impacts only",
+                how,
+                tr(quantity),
+                power,
+            )
+        return tr(
+            "a sideways kick over the change of speed towards {} that goes"
+            " as {} {}, in impacts only",
+            "+x" if rises else "−x",
+            tr(quantity),
+            power,
         )
 
     def acts(name: str, power: float) -> dict:
@@ -295,7 +309,7 @@ def _struck(kind: str, quantity: str, about: float, powers) -> Family:
         return {
             "restitution": restitution,
             "counterpart": counterpart(
-                "restitution changes with the logarithm of impact speed v by",
+                tr("restitution changes with the logarithm of impact speed v by"),
                 "restitution_power",
                 "slope",
                 name,
@@ -312,27 +326,29 @@ def _struck(kind: str, quantity: str, about: float, powers) -> Family:
         quantity,
         acts if kind == "e" and by_speed else None,
         (
-            "the twin's impacts know no such kick"
+            tr("the twin's impacts know no such kick")
             if by_speed
-            else "the twin's seeds do not remember their impacts"
+            else tr("the twin's seeds do not remember their impacts")
         ),
     )
 
 
 def _single(name: str) -> Family:
     words = {
-        "spin": "with spin over speed",
-        "attitude": "from a seed that lies to one on end",
+        "spin": tr("with spin over speed"),
+        "attitude": tr("from a seed that lies to one on end"),
     }[name]
 
     def say(rises: bool, power: str) -> str:
-        return (
-            f"the restitution {'rises' if rises else 'falls'} {words}, in impacts only"
+        return tr(
+            "the restitution {} {}, in impacts only",
+            tr("rises") if rises else tr("falls"),
+            words,
         )
 
     return Family(
         say,
-        ("1", "in all"),
+        ("1", tr("in all")),
         "impact",
-        not_simulated=f"the twin's restitution does not change {words}",
+        not_simulated=tr("the twin's restitution does not change {}", words),
     )

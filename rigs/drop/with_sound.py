@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.rigs.drop.heard import measure_impacts
 from benchtwin.vision.measurement import (
@@ -81,12 +82,15 @@ def combine_with_sound(
     try:
         heard = observe_sound(recording, file)
     except MeasurementError as error:
-        return replace(seen, notes=(*seen.notes, f"its sound is not used: {error}"))
+        return replace(
+            seen, notes=(*seen.notes, tr("its sound is not used: {}", error))
+        )
     pictures = {**seen.pictures, **heard.pictures}
     if all(q.quality == FAILED for q in seen.quantities):
-        note = (
-            f"nothing could be measured on the pictures ({seen.quantities[0].reason}):"
-            " the quantities are from the sound"
+        note = tr(
+            "nothing could be measured on the pictures ({}): the"
+            " quantities are from the sound",
+            seen.quantities[0].reason,
         )
         return replace(
             heard,
@@ -95,7 +99,7 @@ def combine_with_sound(
             track=seen.track,
         )
     if seen.bounces is None or "t_s" not in seen.bounces:
-        note = (
+        note = tr(
             "the pictures have no clock ([camera] fps): the sound is not matched to"
             " them"
         )
@@ -177,8 +181,11 @@ def _clock_shift(
         return (
             None,
             (
-                "no impact heard is near one seen: sound and pictures are of different"
-                " drops, or far out of step"
+                tr(
+                    "no impact heard is near one seen: sound and pictures are"
+                    " of different"
+                    " drops, or far out of step"
+                )
             ),
             False,
         )
@@ -192,8 +199,11 @@ def _clock_shift(
         return (
             None,
             (
-                "only one impact is both seen and heard: sound and pictures could not"
-                " be matched"
+                tr(
+                    "only one impact is both seen and heard: sound and pictures"
+                    " could not"
+                    " be matched"
+                )
             ),
             len(a) < 2,
         )
@@ -204,15 +214,20 @@ def _clock_shift(
     lag_sd = float(spread / np.sqrt(weight.sum()))
     amount = f"{1000 * lag:.1f} ± {1000 * lag_sd:.1f} ms"
     if not from_film:
-        message = f"the sound's clock runs {amount} after that of the pictures"
+        message = tr("the sound's clock runs {} after that of the pictures", amount)
     elif abs(lag) > 3 * lag_sd:
-        message = (
-            f"the sound is shifted by {amount} against the pictures; only its intervals"
-            " are used"
+        message = tr(
+            "the sound is shifted by {} against the pictures; only its"
+            " intervals are used",
+            amount,
         )
     else:
-        message = f"sound and pictures are in step: {amount} apart"
-    return lag, f"{message} (impacts both seen and heard: {int(pairs.sum())})", True
+        message = tr("sound and pictures are in step: {} apart", amount)
+    return (
+        lag,
+        tr("{} (impacts both seen and heard: {})", message, int(pairs.sum())),
+        True,
+    )
 
 
 def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
@@ -232,8 +247,11 @@ def _weighted(q: Quantity, o: Quantity) -> Quantity:
     if abs(q.value - o.value) > CONTRADICTION_SDS * np.hypot(q.sd, o.sd):
         better = min((q, o), key=lambda one: (one.quality != GOOD, one.sd))
         return better.doubt(
-            f"the pictures give {plus_minus(q.value, q.sd, q.unit)}, the sound"
-            f" {plus_minus(o.value, o.sd, o.unit)}"
+            tr(
+                "the pictures give {}, the sound {}",
+                plus_minus(q.value, q.sd, q.unit),
+                plus_minus(o.value, o.sd, o.unit),
+            )
         )
     if q.quality != o.quality:
         return q if q.quality == GOOD else o

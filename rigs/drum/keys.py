@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from benchtwin.bench.section import Positive, Section, TwoLengths
+from benchtwin.bench.section import SIMULATED, Positive, Section, TwoLengths
 
 
 class Drum(Section):
@@ -21,5 +21,5 @@ class Drum(Section):
     nothing slips."""
     wait_s: Positive | None = None
     """How long it turns before the film begins."""
-    film_s: Positive | None = None
+    film_s: Annotated[Positive | None, SIMULATED] = None
     """How long a simulated film is."""

@@ -12,6 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.frames import FrameSource, open_frames
 from benchtwin.vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from benchtwin.vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas
@@ -44,8 +45,11 @@ def observe_drum(
     flows, or the film is too short. options: of piles, not used."""
     if recording.evidence not in ("frames", "video"):
         raise MeasurementError(
-            f"{recording.path}: a drum is measured on frames or a video, not on"
-            f" {recording.evidence}"
+            tr(
+                "{}: a drum is measured on frames or a video, not on {}",
+                recording.path,
+                recording.evidence,
+            )
         )
     source = open_frames(recording)
     stretches, first = _flicker(source, progress)
@@ -53,10 +57,13 @@ def observe_drum(
     lines = [_line(surface) for surface in surfaces]
     found = [line for line in lines if line is not None]
     if len(found) < STRETCHES[0]:
-        none = f"{len(lines) - len(found)} of {len(lines)} stretches"
+        none = tr("{} of {} stretches", len(lines) - len(found), len(lines))
         raise MeasurementError(
-            f"{recording.path}: no surface from wall to wall was found in {none} of the"
-            " film"
+            tr(
+                "{}: no surface from wall to wall was found in {} of the film",
+                recording.path,
+                none,
+            )
         )
     level, level_sd, notes = _horizontal(recording)
     angles = np.array([line.angle_deg - level for line in found])
@@ -78,8 +85,11 @@ def observe_drum(
     share = f"{100 * (WINDOW[1] - WINDOW[0]):.0f} %"
     notes += [
         (
-            f"line through the middle {share} of the surface; {len(found)} stretches of"
-            " the film"
+            tr(
+                "line through the middle {} of the surface; {} stretches of the film",
+                share,
+                len(found),
+            )
         ),
         *source.notes,
     ]
@@ -95,8 +105,12 @@ def _flicker(
     stretches = min(STRETCHES[1], count // LEAST_FRAMES)
     if stretches < STRETCHES[0]:
         raise MeasurementError(
-            f"{source.path}: {count} frames; a drum needs {STRETCHES[0] * LEAST_FRAMES}"
-            " at least"
+            tr(
+                "{}: {} frames; a drum needs {} at least",
+                source.path,
+                count,
+                STRETCHES[0] * LEAST_FRAMES,
+            )
         )
     sums = squares = first = None
     taken = np.zeros(stretches)
@@ -110,7 +124,11 @@ def _flicker(
             squares = np.zeros((stretches, *grey.shape), np.float32)
         if grey.shape != sums.shape[1:]:
             raise MeasurementError(
-                f"{source.path}: frame {frame.index} is of another size than the first"
+                tr(
+                    "{}: frame {} is of another size than the first",
+                    source.path,
+                    frame.index,
+                )
             )
         k = min(number * stretches // count, stretches - 1)
         sums[k] += grey
@@ -125,7 +143,12 @@ def _flicker(
         or (taken < LEAST_FRAMES - 1).any()
     ):
         raise MeasurementError(
-            f"{source.path}: {int(taken.sum())} of {count} frames could be read"
+            tr(
+                "{}: {} of {} frames could be read",
+                source.path,
+                int(taken.sum()),
+                count,
+            )
         )
     each = taken[:, None, None]
     return np.sqrt(np.maximum(squares / each - (sums / each) ** 2, 0.0)), first
@@ -142,8 +165,11 @@ def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
         whole[whole <= threshold]
     ):
         raise MeasurementError(
-            f"{recording.path}: nothing is seen to flow; the camera must stand still"
-            " and look along the drum's axis"
+            tr(
+                "{}: nothing is seen to flow; the camera must stand still and"
+                " look along the drum's axis",
+                recording.path,
+            )
         )
     grain = max(3, round(0.012 * max(whole.shape))) | 1
     core = _largest(whole > threshold, grain)
@@ -185,7 +211,11 @@ def _horizontal(recording: Recording) -> tuple[float, float, list[str]]:
     plumb, sd = recording.camera.plumb_deg, recording.camera.plumb_sd
     if plumb is not None:
         return plumb, sd, []
-    return 0.0, sd, [f"[camera] plumb_deg is missing: the camera is level to ± {sd:g}°"]
+    return (
+        0.0,
+        sd,
+        [tr("[camera] plumb_deg is missing: the camera is level to ± {:g}°", sd)],
+    )
 
 
 def _doubts(angles: np.ndarray, lines: list[Line]):
@@ -199,15 +229,22 @@ def _doubts(angles: np.ndarray, lines: list[Line]):
         and abs(early.mean() - late.mean()) > STEADY_DEG
     ):
         yield (
-            f"the angle goes on changing ({abs(early.mean()):.1f}°, then"
-            f" {abs(late.mean()):.1f}°): no steady flow yet"
+            tr(
+                "the angle goes on changing ({:.1f}°, then {:.1f}°): no steady"
+                " flow yet",
+                abs(early.mean()),
+                abs(late.mean()),
+            )
         )
     ends = [(line.slope_low, line.slope_high) for line in lines]
     bend = np.mean([np.degrees(np.arctan(b) - np.arctan(a)) for a, b in ends])
     if bend > BENT_DEG:
         yield (
-            f"the surface is bent (its slope differs by {bend:.0f}° within the window):"
-            " one line is the wrong model"
+            tr(
+                "the surface is bent (its slope differs by {:.0f}° within the"
+                " window): one line is the wrong model",
+                bend,
+            )
         )
 
 

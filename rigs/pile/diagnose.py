@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchtwin.bench import distributions as stats
+from benchtwin.bench.language import tr
 from benchtwin.bench.lines import one_a_reason
 from benchtwin.infer import power_law
 from benchtwin.infer.conditions import Contact, conditions_of
@@ -41,11 +42,9 @@ REPOSE = Contact("repose_angle_deg", "repose", 1.0, "middle")
 # how rarely so much more is seen of one kind
 ONE_KIND_DEG, ONE_KIND_P = 2.0, 1e-3
 WIDTH = 0.2  # of a window, over the flank's way
-BREAKS = (
-    0.35,
-    0.5,
-    0.65,
-)  # of the flank's way, as where two kinds of grains lie over each other
+BREAKS = {
+    f"break at {at:.0%}": at for at in (0.35, 0.5, 0.65)
+}  # of the flank's way, as where two kinds of grains lie over each other
 SIDES = {-1: "left flank", 1: "right flank"}
 
 
@@ -68,8 +67,11 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         said = (
             *said,
             (
-                f"{' and '.join(rising)} goes with the order of the recordings: the two"
-                " cannot be told apart"
+                tr(
+                    "{} goes with the order of the recordings: the two cannot"
+                    " be told apart",
+                    tr(" and ").join(rising),
+                )
             ),
         )
     scatter = scatter_of(photos)
@@ -85,7 +87,7 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         curves_of,
         {REPOSE.name: repose_deg},
         law_of,
-        lambda names: separating_recordings(EFFECTS, names) or AGAIN,
+        lambda names: separating_recordings(EFFECTS, names) or tr(AGAIN),
         notes,
         follows=(REPOSE, conditions),
     )
@@ -107,16 +109,15 @@ def windows_of(fit: Fit) -> Windows:
 
     def surface(u: np.ndarray) -> np.ndarray:
         hats = np.maximum(1 - np.abs(u[:, None] - middles) / (WIDTH / 2), 0)
-        return np.column_stack(
-            [hats, *(np.interp(u, [0.0, at, 1.0], [0.0, 1.0, 0.0]) for at in BREAKS)]
-        )
+        breaks = (np.interp(u, [0, at, 1], [0.0, 1.0, 0.0]) for at in BREAKS.values())
+        return np.column_stack([hats, *breaks])
 
     kinds = [
         (m, "surface", "crest" if m < 1 / 3 else "middle" if m < 0.75 else "toe")
         for m in middles
     ]
     # each is a component of its own
-    kinds += [(at, f"break at {at:.0%}", "middle") for at in BREAKS]
+    kinds += [(at, name, "middle") for name, at in BREAKS.items()]
     axis, half = "x_mm" if scaled else "x_share", WIDTH / 2
     bins = [
         Bin(axis, float(length * (m - half)), float(length * (m + half)), push, sector)
@@ -128,21 +129,21 @@ def windows_of(fit: Fit) -> Windows:
 def law_of(fit: Fit) -> Law:
     """Where a flank breaks."""
     windows = windows_of(fit)
-    breaks = [k for k, b in enumerate(windows.bins) if b.push.startswith("break")]
+    breaks = [k for k, b in enumerate(windows.bins) if b.push in BREAKS]
     families = [_breaking(windows.bins[k].push) for k in breaks]
     return power_law.law_of(fit, families, [rows[:, breaks] for rows in windows.extra])
 
 
 def _breaking(push: str) -> Family:
     def say(rises: bool, power: str) -> str:
-        where = "below" if rises else "above"
-        return f"flanks {push} of their way, steeper {where}"
+        where = tr("below") if rises else tr("above")
+        return tr("flanks {} of their way, steeper {}", push, where)
 
     return Family(
         say,
-        ("1", "of the height off a straight line"),
+        ("1", tr("of the height off a straight line")),
         "middle",
-        not_simulated="the twin pours one kind of grains",
+        not_simulated=tr("the twin pours one kind of grains"),
     )
 
 
@@ -174,22 +175,25 @@ def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
 
 def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
     said = [(p.recording, n) for p in photos for n in p.notes]
-    said += [(p.recording, ONE_FLANK) for p in photos if len(p.flanks) == 1]
+    said += [(p.recording, tr(ONE_FLANK)) for p in photos if len(p.flanks) == 1]
     said += [
         (p.recording, COUNTED[p.reference]) for p in photos if p.reference in COUNTED
     ]
     notes = [*one_a_reason(said), *(mixed := [*_mixed(photos)])]
     unscaled = [p.recording for p in photos if p.unit == "px"]
-    notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []
+    notes += [tr(NO_SCALE, ", ".join(unscaled))] if unscaled else []
     low = [(p, high) for p in photos if (high := seeds_high(p)) < 5]
     notes += [
-        f"{p.recording}: only {high:.1f} seeds high: its surface is that of single"
-        " seeds"
+        tr(
+            "{}: only {:.1f} seeds high: its surface is that of single seeds",
+            p.recording,
+            high,
+        )
         for p, high in low
     ]
-    notes += [ONE] if len(photos) == 1 else []
+    notes += [tr(ONE)] if len(photos) == 1 else []
     alike = len({p.stated for p in photos}) == 1 and not mixed
-    notes += [SAME] if alike else []
+    notes += [tr(SAME)] if alike else []
     return tuple(notes)
 
 
@@ -206,8 +210,13 @@ def _mixed(photos: tuple[Photo, ...]) -> Iterator[str]:
             ]
             sd = np.sqrt(off / (len(own) - 1))
             yield (
-                f"{len(own)} heaps that state the same differ by {sd:.1f}° (standard"
-                f" deviation), repeats of one kind by up to {ONE_KIND_DEG:g}°:"
-                " something that nobody states differs between them, from"
-                f" {' to '.join(ends)}"
+                tr(
+                    "{} heaps that state the same differ by {:.1f}° (standard"
+                    " deviation), repeats of one kind by up to {:g}°: something"
+                    " that nobody states differs between them, from {}",
+                    len(own),
+                    sd,
+                    ONE_KIND_DEG,
+                    " to ".join(ends),
+                )
             )

@@ -14,6 +14,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from benchtwin.bench.language import tr
+
 LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
 STEP, REACH = 0.0125, 1.4  # of u
 # height of the line at the wall, over the crest, above which the top never moved
@@ -93,13 +95,13 @@ def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
             photos.append(photo)
             kept.append(seen)
         else:
-            doubts = "; ".join(n for n in seen.notes if "cut by" in n or "slope" in n)
-            none = f"no flank of at least {LEAST_ROWS} steps between crest and toe"
+            doubts = "; ".join(seen.notes)
+            none = tr("no flank of at least {} steps between crest and toe", LEAST_ROWS)
             none += f": {doubts}" if doubts else ""
             refused.append(f"{seen.recording}: {seen.trouble or none}")
     if not photos:
         raise ValueError(
-            "no photo shows a flank from crest to toe"
+            tr("no photo shows a flank from crest to toe")
             + "".join(f"\n  {r}" for r in refused)
         )
     return tuple(_by_heap(photos, kept)), tuple(refused)
@@ -313,7 +315,7 @@ def _top(x, height, crest: float, found, notes: list[str]) -> tuple[float, float
     wall = _wall(side * (x - crest), height, top)
     if level - slope * wall <= PLATEAU * top:
         return crest + side * wall, 0.0
-    notes.append("the heap's top was never moved: its crest is not judged")
+    notes.append(tr("the heap's top was never moved: its crest is not judged"))
     return crest + side * (level - top) / slope, 0.15
 
 

@@ -14,6 +14,7 @@ from scipy import optimize
 from scipy.special import logsumexp
 from scipy.stats import qmc
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.effects.shapes import Law
@@ -240,13 +241,22 @@ def responding(
     with ThreadPoolExecutor(cores_here()) as pool:
         for row in pool.map(lambda job: _kept(job, folder), jobs):
             kept.append(row)
-            say(f"pile: heap {len(kept)} of {RUNS} simulated with {added.effect}")
+            say(
+                tr(
+                    "pile: heap {} of {} simulated with {}",
+                    len(kept),
+                    RUNS,
+                    added.effect,
+                )
+            )
     shown = np.array([row["shows"] for row in kept], dtype=float)
     slow = np.array([row["slowness"] for row in kept], dtype=float)
     shown[shown[:, 0] > STANDS_DEG] = np.nan
     if (usable := int(np.isfinite(shown[:, 0]).sum())) < LEAST_RUNS:
-        said = f"only {usable} of {RUNS} simulated heaps of this rig have a flank"
-        raise ValueError(f"{said}; {LEAST_RUNS} are needed")
+        said = tr(
+            "only {} of {} simulated heaps of this rig have a flank", usable, RUNS
+        )
+        raise ValueError(tr("{}; {} are needed", said, LEAST_RUNS))
     responses = tuple(
         quadratic(draws, y) if np.isfinite(y).any() else None for y in shown.T
     )
@@ -320,7 +330,7 @@ def posterior(rigs: list[Rig], added: Added) -> np.ndarray:
 def between(values: np.ndarray) -> str:
     """Median and 95 %."""
     low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
-    return f"{middle:.2g} ({low:.2g} to {high:.2g})"
+    return tr("{:.2g} ({:.2g} to {:.2g})", middle, low, high)
 
 
 def odds_over_friction(rigs: list[Rig], added: Added) -> float:

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from benchtwin.bench.section import (
     FROM_LIST,
+    SIMULATED,
     Extent,
     FourNumbers,
     Length,
@@ -47,7 +48,7 @@ class Pile(Section):
     lay still."""
     side_walls_in_view: bool | None = None
     """Whether the camera looks through side walls."""
-    slab: bool | None = None
+    slab: Annotated[bool | None, SIMULATED] = None
     """Whether only a slice of the pile, between smooth sides, is simulated."""
     plain: bool | None = None
     """Whether the seeds are known to be as usual: what heaps that do not say so show

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.evidence.frames import HELD_BYTES, open_frames
 from benchtwin.vision.evidence.photo import read_photo
@@ -43,8 +44,11 @@ def observe_pile(
     own), or the last frame of a film."""
     if recording.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
-            f"{recording.path}: a pile is measured on photos or a film, not on"
-            f" {recording.evidence}"
+            tr(
+                "{}: a pile is measured on photos or a film, not on {}",
+                recording.path,
+                recording.evidence,
+            )
         )
     options = _with_recording_options(options or PileOptions(), recording)
     filmed = recording.evidence in PICTURES
@@ -62,14 +66,14 @@ def observe_pile(
     pictures, quantities, notes = {}, found.quantities, []
     flow = None
     if film is not None:
-        notes.append("measured on the film's last frame")
-        ends = MOVING if _moves(film, found, top_px) else ""
+        notes.append(tr("measured on the film's last frame"))
+        ends = tr(MOVING) if _moves(film, found, top_px) else ""
         found = found.doubted(ends)
         quantities = found.quantities
         try:
             flow = filmed_collapse(film.t_s, film.small, found, film.factor, top_px)
         except MeasurementError as why:
-            notes.append(f"gate and flow are not measured: {why}")
+            notes.append(tr("gate and flow are not measured: {}", why))
         else:
             quantities += tuple(q.doubt(ends) for q in flow.collapse.quantities())
             pictures["collapse"] = draw_collapse(film.last, flow, film.factor)
@@ -123,7 +127,7 @@ def _film(recording: Recording, progress: "Progress | None") -> _Film:
         if progress is not None:
             progress(n / max(source.count, 1))
     if last is None:
-        raise MeasurementError(f"{recording.files[0]}: every frame is black")
+        raise MeasurementError(tr("{}: every frame is black", recording.files[0]))
     return _Film(before, last, np.array(small), np.array(times), factor)
 
 
@@ -164,8 +168,11 @@ def _with_recording_options(options: PileOptions, recording: Recording) -> PileO
         low, high = (share / 100 for share in pile.window_pct)
         if high - low < LEAST_WINDOW:
             raise MeasurementError(
-                f"{recording.toml}: [pile] window_pct: two heights in %, at least"
-                f" {100 * LEAST_WINDOW:g} apart"
+                tr(
+                    "{}: [pile] window_pct: two heights in %, at least {:g} apart",
+                    recording.toml,
+                    100 * LEAST_WINDOW,
+                )
             )
         options = replace(options, window=(low, high))
     return options

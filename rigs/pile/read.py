@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of
 from benchtwin.vision.measurement import MeasurementError
@@ -63,8 +64,11 @@ def read_piles(folder: Path | Observed) -> list[SeenPile]:
 def _seen(entry: Recording, observed: Observed) -> list[SeenPile]:
     if entry.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
-            f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
-            " from photos or films"
+            tr(
+                "{}: {} holds no surface; a pile is diagnosed from photos or films",
+                entry.path,
+                entry.evidence,
+            )
         )
     try:
         seen = observed.observe(entry)
@@ -115,7 +119,9 @@ def curve(pile: SeenPile, *, relative: bool, timed: bool) -> Curve:
     there = np.isfinite(height) & (pile.x >= pile.crest_x)
     x, y = pile.x[there] - pile.crest_x, np.maximum(height[there], 0.0)
     if x.size < 2:
-        raise MeasurementError(f"{pile.recording}: no flank to the right of the crest")
+        raise MeasurementError(
+            tr("{}: no flank to the right of the crest", pile.recording)
+        )
     if not relative and pile.unit == "mm":
         return Curve("distance (mm)", "height (mm)", x, y)
     over, tall = "over the crest's height", float(y.max())

@@ -15,6 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.rerun import Comparison, Resimulation
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.pile.effects import EFFECTS
@@ -68,7 +69,7 @@ def resimulate(
 ) -> Resimulation:
     """Each half of the recordings beside heaps fitted to the other half."""
     if len(finding.modelled) > 1:
-        raise ValueError("two effects at once are not put into a simulated heap")
+        raise ValueError(tr("two effects at once are not put into a simulated heap"))
     (effect,), used = finding.modelled, set(finding.recordings)
     seen = [
         r
@@ -93,7 +94,7 @@ def resimulate(
                     replace(s, unknown=s.unknown | rig.gate_speed(group))
                     for s in settings
                 ]
-                say(f"pile: running the twin again, {len(shown) + 1}")
+                say(tr("pile: running the twin again, {}", len(shown) + 1))
                 at = folder / f"twin-{len(shown) + 1}"
                 old, new = (
                     _run(group[0], s, added.seed_mm, Path(f"{at}-{which}"), pictures)
@@ -107,11 +108,11 @@ def resimulate(
     assert counterpart is not None  # checked by rerun.reason_not_simulated
     draws = posterior(rigs, added)
     strength = between(added.most * draws[:, -1]) if added.law.stepless else ""
-    change = counterpart.what.format(value=strength)
+    change = tr(counterpart.what).format(value=strength)
     clocks = [clock for rig in rigs if len(clock := rig.clock(draws))]
-    notes = [CLOCK.format(between(clock)) for clock in clocks]
+    notes = [tr(CLOCK, between(clock)) for clock in clocks]
     taken = {what for rig in rigs for what in assumed(rig.recordings[0].description)}
-    notes += [f"not stated, taken by the twin: {', '.join(sorted(taken))}"] * bool(
+    notes += [tr("not stated, taken by the twin: {}", ", ".join(sorted(taken)))] * bool(
         taken
     )
     most_moved = max(shown, key=lambda s: abs(s[2].angle_deg - s[1].angle_deg))
@@ -120,7 +121,7 @@ def resimulate(
         "pile",
         (effect,),
         change,
-        HOW,
+        tr(HOW),
         tuple(rows),
         held_out,
         notes=tuple(notes),
@@ -150,7 +151,7 @@ def _rival(finding: Finding, rigs: list[Rig], added: Added) -> tuple[str, float]
     kinds = {is_plain(r) for rig in rigs for r in rig.recordings}
     if FRICTION not in finding.names or added.effect == FRICTION or len(kinds) < 2:
         return None
-    return EFFECTS[FRICTION].wording[0], odds_over_friction(rigs, added)
+    return tr(EFFECTS[FRICTION].wording[0]), odds_over_friction(rigs, added)
 
 
 def _run(
@@ -171,7 +172,9 @@ def _run(
         more = filter(None, map(heap, range(PACKINGS, TRIES)))
         heaps += islice(more, PACKINGS - len(heaps))
     if not heaps:
-        raise ValueError(f"the engine stopped all of {TRIES} heaps: seeds too soft")
+        raise ValueError(
+            tr("the engine stopped all of {} heaps: seeds too soft", TRIES)
+        )
     return shape_of(heaps)
 
 
@@ -187,7 +190,7 @@ def _heap(job: Job, out: Path) -> SeenPile | None:
         return None
     (seen,) = read_piles(out)
     if seen.trouble:
-        raise ValueError(f"the twin's photo cannot be measured: {seen.trouble}")
+        raise ValueError(tr("the twin's photo cannot be measured: {}", seen.trouble))
     return seen
 
 
@@ -201,12 +204,12 @@ def _compared(recordings, old: Shape, new: Shape, by: str) -> list[Comparison]:
         )
         rows.append(
             Comparison(
-                r.recording, "surface over the flank's base", "1", before, after, by
+                r.recording, tr("surface over the flank's base"), "1", before, after, by
             )
         )
         before, after = (abs(t.angle_deg - own.angle_deg) for t in (old, new))
         rows.append(
-            Comparison(r.recording, "angle of the flank", "°", before, after, by)
+            Comparison(r.recording, tr("angle of the flank"), "°", before, after, by)
         )
     return rows
 
@@ -238,8 +241,8 @@ def _figure(recordings, old: Shape, new: Shape) -> dict:
         there = np.isfinite(shape.surface)
         points[name] = (AT[there], _over_base(shape)[there])
     return {
-        "x": "place on the flank (0: crest, 1: toe)",
-        "y": "surface above the plate (of the flank's base)",
+        "x": tr("place on the flank (0: crest, 1: toe)"),
+        "y": tr("surface above the plate (of the flank's base)"),
         "points": points,
     }
 
@@ -262,9 +265,9 @@ def _pictured(again: Resimulation, at: Path) -> Resimulation:
         )
         for p in photos
     ]
-    caption = (
-        "a heap of the old twin, and one of the new twin with"
-        f" {' and '.join(again.effects)}"
+    caption = tr(
+        "a heap of the old twin, and one of the new twin with {}",
+        tr(" and ").join(again.effects),
     )
     return replace(
         again, picture=beside(small, ["old twin", "new twin"]), caption=caption

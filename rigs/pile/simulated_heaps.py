@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from benchtwin.bench.ellipsoid import ellipsoid_volume
+from benchtwin.bench.language import tr
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.rigs.pile.heap_outline import collapsed, outlined
@@ -83,8 +84,8 @@ def heap_job(
     base = box[0] * box[1] if box else np.pi / 4 * pile["cylinder_mm"][0] ** 2
     count = PACKED * base * pile["fill_height_mm"] / _volume_mm3(seed)
     if count > MOST_SEEDS:
-        said = f"a heap of about {count:.0f} seeds takes too long"
-        raise ValueError(f"{said}; up to {MOST_SEEDS} are run again")
+        said = tr("a heap of about {:.0f} seeds takes too long", count)
+        raise ValueError(tr("{}; up to {} are run again", said, MOST_SEEDS))
     wide = pile["plate_mm"][0]
     camera = {
         "fps": FPS,
@@ -134,8 +135,11 @@ def _rig(stated: dict, seed: dict) -> dict:
         }
     if "box_mm" not in stated:
         raise ValueError(
-            "the recordings state neither [pile] box_mm nor cylinder_mm: there is no"
-            " rig to run again"
+            tr(
+                "the recordings state neither [pile] box_mm nor cylinder_mm:"
+                " there is no"
+                " rig to run again"
+            )
         )
     x, width, z = stated["box_mm"]
     whole = PACKED * x * width * min(fill, z)
@@ -180,7 +184,7 @@ def shape_of(heaps: list[SeenPile]) -> Shape:
     """Mean over heaps and flanks. ValueError where no heap has a flank."""
     flanks = [f for seen in heaps for f in photo_of(seen).flanks]
     if not flanks:
-        raise ValueError("no flank from crest to toe on the twin's heap")
+        raise ValueError(tr("no flank from crest to toe on the twin's heap"))
     rows = np.array(
         [np.interp(AT, f.u, f.v, left=np.nan, right=np.nan) for f in flanks]
     )

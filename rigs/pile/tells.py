@@ -1,6 +1,7 @@
 """What heaps tell a calibration: the parameters of seed on seed, and which smaller heap
 is simulated in the bench's place."""
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.tells import BySurface
 from benchtwin.rigs.pile import RIG
 
@@ -36,10 +37,12 @@ def slice_of(
         "slab": True,
     }
     kept = {k: v for k, v in stated.items() if k in ("gate_speed_mm_s", "photo_s")}
-    note = (
-        f"the pile was simulated as a slice {width_mm:g} mm wide between smooth sides,"
-        f" filled {fill:g} mm high, in place of the pile as described: --whole-pile"
-        " simulates that"
+    note = tr(
+        "the pile was simulated as a slice {:g} mm wide between smooth"
+        " sides, filled {:g} mm high, in place of the pile as described:"
+        " --whole-pile simulates that",
+        width_mm,
+        fill,
     )
     return slab | kept, (note,)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
@@ -60,9 +61,9 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
         return (
             separating_recordings(EFFECTS, names)
             if names
-            else BOTH_WAYS
+            else tr(BOTH_WAYS)
             if one_way
-            else OTHER_LENGTH
+            else tr(OTHER_LENGTH)
         )
 
     asked = DiagnosisTask(
@@ -105,8 +106,11 @@ def baseline(
     model = build(runs, seed, ripple.turn, ripple.phase, ripple=True)
     notes = (
         (
-            "Each seed climbs and falls twice a turn, as its stated shape (a"
-            f" rise of {seed.rise_mm:.2g} mm) lets it."
+            tr(
+                "Each seed climbs and falls twice a turn, as its stated shape"
+                " (a rise of {:.2g} mm) lets it.",
+                seed.rise_mm,
+            )
         ),
     )
     stated = np.isfinite(seed.rise_mm) and not seed.round
@@ -133,8 +137,11 @@ def corner_notes(base: Fit) -> tuple[str, ...]:
         return ()
     return (
         (
-            f"The corner takes {100 * lost[1]:.2g} % of the speed: no more than a sharp"
-            " corner may."
+            tr(
+                "The corner takes {:.2g} % of the speed: no more than a sharp"
+                " corner may.",
+                100 * lost[1],
+            )
         ),
     )
 
@@ -170,9 +177,13 @@ def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
     friction = Contact("rolling_friction", "mu", problem.model.mu, "run-out")
     if not problem.effects and not conditions:
         raise ValueError(
-            "run-outs alone tell nothing of what is missing;"
-            f" {LEAST_READINGS} readings in either direction would tell a slope:"
-            f" record {BOTH_WAYS}, or film the roll"
+            tr(
+                "run-outs alone tell nothing of what is missing; {} readings"
+                " in either direction would tell a slope: record {}, or film"
+                " the roll",
+                LEAST_READINGS,
+                tr(BOTH_WAYS),
+            )
         )
     asked = DiagnosisTask(
         "roll",
@@ -180,7 +191,9 @@ def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
         no_windows,
         readings_curves,
         {friction.name: rolling_friction},
-        advice=lambda names: "a film of the roll, which shows more than its run-out",
+        advice=lambda names: tr(
+            "a film of the roll, which shows more than its run-out"
+        ),
         notes=(*notes, *said),
         follows=(friction, conditions),
     )

@@ -3,6 +3,7 @@ that is level, or sloped as stated."""
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.run_out import rolling_friction
 from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
@@ -18,8 +19,8 @@ def friction_of_run_out(recording: Recording, read: Summary, common: float) -> D
     """common: sd of the mean run-out [mm] that repeats do not reduce."""
     length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
     if length is None or beta is None:
-        missing = "[roll] incline_length_mm and incline_deg are needed for"
-        note = f"{recording.toml}: {missing} rolling_friction (Eq. 3)"
+        missing = tr("[roll] incline_length_mm and incline_deg are needed for")
+        note = tr("{}: {} rolling_friction (Eq. 3)", recording.toml, missing)
         return Derived(notes=(note,))
     slope, direction = recording.roll.slope_deg, recording.roll.direction
     known = slope is not None and direction is not None
@@ -30,4 +31,4 @@ def friction_of_run_out(recording: Recording, read: Summary, common: float) -> D
     shared = float(np.linalg.norm(by * off))
     own = abs(by[2]) * read.sd_mean
     found = mean_quantity("rolling_friction", mu, own, shared, "1")
-    return Derived((found.doubt("" if known or slope is None else NO_DIRECTION),))
+    return Derived((found.doubt("" if known or slope is None else tr(NO_DIRECTION)),))

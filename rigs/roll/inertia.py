@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 from benchtwin.bench.keys import Seed
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
@@ -42,13 +43,18 @@ def inertia_of(seed: Seed, rail_gap_mm: float | None) -> Inertia:
         return Inertia(1 + share, sd, radius, ball)
     if not sizes:
         raise MeasurementError(
-            "[seed] length_mm is missing; on rails the rolling radius depends on a"
-            " ball's diameter"
+            tr(
+                "[seed] length_mm is missing; on rails the rolling radius depends on a"
+                " ball's diameter"
+            )
         )
     if rail_gap_mm >= min(across):
         raise MeasurementError(
-            f"[roll] rail_gap_mm = {rail_gap_mm:g}: a ball of {min(across):g} mm falls"
-            " between such rails"
+            tr(
+                "[roll] rail_gap_mm = {:g}: a ball of {:g} mm falls between such rails",
+                rail_gap_mm,
+                min(across),
+            )
         )
     low = radius**2 - (rail_gap_mm / 2) ** 2
     return Inertia(1 + share * radius**2 / low, sd, math.sqrt(low), ball)

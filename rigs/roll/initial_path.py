@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from benchtwin.bench.language import tr
+
 LATEST = 30.0  # corner and stop, in durations of the track
 LEAST_BEFORE = 3  # rows before the corner that tell where it is
 LOSS_CHI2 = 12.0  # fall of χ² by which a corner is seen to take some of the speed
@@ -99,7 +101,7 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
     release, corner, stop = times_of((losing if loses else best).x)
     (place, acceleration, level), _ = solve((release, corner, stop), loses)
     if not min(acceleration, level) > 0 or way < 2e-3:
-        raise ValueError("the track shows no seed that speeds up and slows down")
+        raise ValueError(tr("the track shows no seed that speeds up and slows down"))
     times = float(release), float(corner), float(stop)
     kept = float(level / acceleration)
     path = Path(*times, float(place), float(acceleration), kept)
@@ -126,7 +128,7 @@ def path_on_incline(time: np.ndarray, x: np.ndarray) -> Path:
     half, speed, place = np.polyfit(time[first:] - at, x[first:], 2)
     if not half > 0:
         raise ValueError(
-            "the seed does not speed up on its incline: are its rows in order?"
+            tr("the seed does not speed up on its incline: are its rows in order?")
         )
     rest = -speed / (2 * half)
     corner = time[-1] + 0.3 * (time[-1] - at - rest)
@@ -157,9 +159,14 @@ def path_of_few(
             if not np.isfinite(value)
         ]
         raise ValueError(
-            f"[roll] {' and '.join(absent)} missing: {len(x)} rows are too few without"
-            f" it, {FEW_UNKNOWNS + 1} would do; [roll] level = false says that the seed"
-            " stays on its incline"
+            tr(
+                "[roll] {} missing: {} rows are too few without it, {} would"
+                " do; [roll] level = false says that the seed stays on its"
+                " incline",
+                tr(" and ").join(absent),
+                len(x),
+                FEW_UNKNOWNS + 1,
+            )
         )
     drive = f * (np.sin(incline) - USUAL_FRICTION * np.cos(incline))
     down = (2 * length / drive) ** 0.5

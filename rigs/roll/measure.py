@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.bench.run_out import rolling_friction
@@ -254,19 +255,23 @@ def _check(track: Track, recording: Recording, least: int) -> None:
     the level on which it is stated to roll."""
     if len(track) < least:
         raise MeasurementError(
-            f"{len(track)} usable rows; a roll needs at least {least}"
+            tr("{} usable rows; a roll needs at least {}", len(track), least)
         )
     moved = float(np.ptp(track.x))
     if moved < LEAST_TRAVEL[track.unit]:
         raise MeasurementError(
-            f"the seed does not roll: it moves {moved:.3g} {track.unit} in all"
+            tr("the seed does not roll: it moves {:.3g} {} in all", moved, track.unit)
         )
     length = recording.roll.incline_length_mm
     is_level = recording.roll.level and length and track.physical
     if is_level and ends_on_incline(track.t_s, track.x, length):
         raise MeasurementError(
-            f"the seed does not leave the incline ({moved:.4g} of {length:g} mm):"
-            " there is no run-out"
+            tr(
+                "the seed does not leave the incline ({:.4g} of {:g} mm):"
+                " there is no run-out",
+                moved,
+                length,
+            )
         )
 
 
@@ -308,9 +313,9 @@ def _measured(told: Evidence, *, seen: bool) -> RunOut:
         told = replace(told, run=replace(told.run, junction=None))
         found, doubt, notes = _fitted(told)
         off = (found.ends(found.at)[0] - junction[0]) / told.unit
-        where = "behind" if off > 0 else "before"
+        where = tr("behind") if off > 0 else tr("before")
         size = f"{abs(off):.2g}"
-        doubts = [doubt, OFF_JUNCTION.format(size, told.track.unit, where)]
+        doubts = [doubt, tr(OFF_JUNCTION, size, told.track.unit, where)]
     doubts += _conflicts(found)
     if told.run.stays:
         return _on_incline(found, doubts, notes)
@@ -362,21 +367,30 @@ def _conflicts(found: Fitted) -> list[str]:
     told = math.isfinite(run.length) and not run.stays
     if told and abs(longer) > CONFLICT_SDS * stated_sd("way-on-incline"):
         out.append(
-            f"by the motion the incline ends {longer:+.3g} mm from where it is stated"
-            " to: check incline_length_mm and the scale"
+            tr(
+                "by the motion the incline ends {:+.3g} mm from where it is"
+                " stated to: check incline_length_mm and the scale",
+                longer,
+            )
         )
     steeper, known = beside + at["incline"], math.isfinite(run.incline)
     if known and abs(steeper) > CONFLICT_SDS * stated_sd("incline"):
         out.append(
-            f"by the motion the incline is {steeper:+.2g}° from the stated angle: check"
-            " incline_deg, the scale and the times"
+            tr(
+                "by the motion the incline is {:+.2g}° from the stated angle:"
+                " check incline_deg, the scale and the times",
+                steeper,
+            )
         )
     name = f"scale.{run.session}"
     sd = found.fit.problem.known_sd[name]
     if abs(at[name]) > CONFLICT_SDS * sd and found.told.track.physical:
         out.append(
-            f"by the motion the scale is off by {100 * at[name]:+.2g} %: check"
-            " mm_per_px and the times"
+            tr(
+                "by the motion the scale is off by {:+.2g} %: check mm_per_px"
+                " and the times",
+                100 * at[name],
+            )
         )
     return out
 
@@ -386,12 +400,12 @@ def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> Run
     acceleration, friction = found.quantities.values()
     acceleration = acceleration.doubt(*doubts, *unless(found.rivals, acceleration))
     if roll.incline_deg is None:
-        why = "without it an acceleration gives no rolling friction"
-        message = f"{told.recording.toml}: [roll] incline_deg is missing; {why}"
+        why = tr("without it an acceleration gives no rolling friction")
+        message = tr("{}: [roll] incline_deg is missing; {}", told.recording.toml, why)
         friction = failed("rolling_resistance", "1", message)
     else:
-        fast = "negative: the seed rolls faster than without resistance; check"
-        fast += " incline_deg, scale and inertia_factor"
+        fast = tr("negative: the seed rolls faster than without resistance; check")
+        fast += tr(" incline_deg, scale and inertia_factor")
         fast = fast if friction.value < -2 * friction.sd else ""
         friction = friction.doubt(*doubts, fast, *unless(found.rivals, friction))
     return RunOut((acceleration, friction), fitted=_curve(found), notes=notes)
@@ -404,7 +418,7 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     stop = _stop(found)
     if stop.place <= junction:
         raise MeasurementError(
-            "the seed stops before the junction: it never reaches the level plate"
+            tr("the seed stops before the junction: it never reaches the level plate")
         )
     found = replace(found, rest=stop.rest)
     run_out, eq_3, resistance = found.quantities.values()
@@ -414,14 +428,18 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     off = float(np.sqrt(np.mean(left**2)))
     if off > UNEVEN * (stop.place - junction) and not has_few_rows(run):
         doubts.append(
-            "the travel is not that of one seed that slows down evenly: it is off by"
-            f" {off / unit:.2g} {told.track.unit}"
+            tr(
+                "the travel is not that of one seed that slows down evenly: it"
+                " is off by {:.2g} {}",
+                off / unit,
+                told.track.unit,
+            )
         )
     run_out = run_out.doubt(*doubts, stop.doubt, *unless(found.rivals, run_out))
     eq_3 = eq_3.doubt(*doubts, stop.doubt, *unless(found.rivals, eq_3))
     unsure = vague(resistance)
     resistance = resistance.doubt(*doubts, unsure, *unless(found.rivals, resistance))
-    unseen = NO_CORNER if vague(run_out) else ""
+    unseen = tr(NO_CORNER) if vague(run_out) else ""
     lacking = _lacking(told)
     if none := cornerless or stop.none or unseen:
         run_out = failed("run_out", told.track.unit, none)
@@ -431,9 +449,9 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
         resistance = failed("rolling_resistance", "1", lacking[1])
     above = eq_3.value - resistance.value
     if above > 3 * math.hypot(eq_3.sd, resistance.sd) and resistance.value > 0:
-        share = f"{100 * above / resistance.value:.2g} % above rolling_resistance"
-        losses = "it counts losses to the air and at the corner as friction"
-        notes = (*notes, f"rolling_friction (Eq. 3) is {share}: {losses}")
+        share = tr("{:.2g} % above rolling_resistance", 100 * above / resistance.value)
+        losses = tr("it counts losses to the air and at the corner as friction")
+        notes = (*notes, tr("rolling_friction (Eq. 3) is {}: {}", share, losses))
     return RunOut(
         (run_out, eq_3, resistance),
         told.sign * junction / unit,
@@ -451,11 +469,16 @@ def _cornerless(found: Fitted) -> str:
     way = way_of(found.fit.problem.model, 0, own, shared)
     if way.mu <= 0:
         raise MeasurementError(
-            "the seed does not slow down on the level: its rows give neither run-out"
-            " nor friction"
+            tr(
+                "the seed does not slow down on the level: its rows give"
+                " neither run-out"
+                " nor friction"
+            )
         )
     unstated = math.isnan(run.length) and run.junction is None
-    return NO_CORNER if unstated and (run.x < way.corner).sum() < LEAST_BEFORE else ""
+    return (
+        tr(NO_CORNER) if unstated and (run.x < way.corner).sum() < LEAST_BEFORE else ""
+    )
 
 
 @dataclass(frozen=True)
@@ -482,11 +505,11 @@ def _stop(found: Fitted) -> Stop:
         return Stop(rest[0], float(time[last]), rest, doubt)
     junction, end = found.ends(found.at)
     ahead, way = end - x[-1], end - junction if few else float(np.ptp(x))
-    said = f"by {ahead / unit:.3g} {found.told.track.unit} beyond the last row"
-    doubt = f"the stop is extrapolated {said}"
+    said = tr("by {:.3g} {} beyond the last row", ahead / unit, found.told.track.unit)
+    doubt = tr("the stop is extrapolated {}", said)
     if ahead <= (FAR_AHEAD if few else NEAR_AHEAD) * way:
         doubt = ""
-    none = STILL_MOVING if ahead > FAR_AHEAD * way and not few else ""
+    none = tr(STILL_MOVING) if ahead > FAR_AHEAD * way and not few else ""
     return Stop(float(end), float(time[last]), None, doubt, none)
 
 
@@ -507,8 +530,10 @@ def _rest(
     swing = float(np.ptp(x[late])) / 2
     if swing <= 6 * difference_noise(x, 2) + 0.5 * told.unit:
         return (place, sd), ""
-    said = f"the seed still rocks by ± {swing / told.unit:.2g} {told.track.unit}"
-    return (place, math.hypot(sd, swing / 2)), f"{said} at the end of the recording"
+    said = tr("the seed still rocks by ± {:.2g} {}", swing / told.unit, told.track.unit)
+    return (place, math.hypot(sd, swing / 2)), tr(
+        "{} at the end of the recording", said
+    )
 
 
 def _lacking(told: Evidence) -> tuple[str, str]:
@@ -521,7 +546,7 @@ def _lacking(told: Evidence) -> tuple[str, str]:
         why = [str(error), str(error)]
     try:
         for key in ("roll.incline_length_mm", "roll.incline_deg"):
-            told.recording.need(key, "for rolling_friction (Eq. 3)")
+            told.recording.need(key, tr("for rolling_friction (Eq. 3)"))
     except MeasurementError as error:
         why[0] = str(error)
     return why[0], why[1]
@@ -543,21 +568,29 @@ def _clock(told: Evidence) -> float:
 def _said(told: Evidence) -> list[str]:
     """What the numbers are based on."""
     roll, inertia = told.recording.roll, inertia_of_recording(told.recording)
-    on = f"on rails {roll.rail_gap_mm:g} mm apart" if roll.rail_gap_mm else "on a plate"
+    on = (
+        tr("on rails {:g} mm apart", roll.rail_gap_mm)
+        if roll.rail_gap_mm
+        else tr("on a plate")
+    )
     sd = inertia.factor * inertia.sd
-    notes = [f"1 + I/(m r²) is taken as {inertia.factor:.4g} ± {sd:.2g}, {on}"]
+    notes = [tr("1 + I/(m r²) is taken as {:.4g} ± {:.2g}, {}", inertia.factor, sd, on)]
     if told.seed.drag and told.seed.drag_sd >= told.seed.drag:
-        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
-        notes.append(f"air drag is a usual seed's, ± 100 %: {missing}")
+        missing = tr("[seed] sizes and mass_g or density_kg_m3 are unknown")
+        notes.append(tr("air drag is a usual seed's, ± 100 %: {}", missing))
     if roll.slope_deg is None and not told.run.stays:
         both = (
-            "rolled both ways it averages out"
+            tr("rolled both ways it averages out")
             if roll.direction
-            else "state [roll] direction and roll in both"
+            else tr("state [roll] direction and roll in both")
         )
         level = unstated_sd("level-plate")
         notes.append(
-            f"the plate is taken to be level to ± {level:g}°, as [roll] slope_deg is"
-            f" not stated; {both}"
+            tr(
+                "the plate is taken to be level to ± {:g}°, as [roll]"
+                " slope_deg is not stated; {}",
+                level,
+                both,
+            )
         )
     return notes

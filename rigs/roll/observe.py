@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.rigs.roll.measure import RunOut, measure_roll
 from benchtwin.rigs.roll.roll_path import roll_path
 from benchtwin.vision.measurement import MeasurementError, Observation
@@ -35,8 +36,12 @@ def _in_pictures(seen: Followed) -> Observation:
     recording, tracked = seen.recording, seen.tracked
     if not np.isfinite(tracked.size):
         raise MeasurementError(
-            f"{recording.toml}: [seed] length_mm, width_mm and [camera] mm_per_px are"
-            " needed where all places are set by hand: how high the seed's middle rolls"
+            tr(
+                "{}: [seed] length_mm, width_mm and [camera] mm_per_px are"
+                " needed where all places are set by hand: how high the seed's"
+                " middle rolls",
+                recording.toml,
+            )
         )
     along = roll_path(tracked.track, tracked.size, recording)
     scale, corner = recording.camera.mm_per_px or 1.0, along.junction

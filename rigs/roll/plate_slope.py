@@ -10,6 +10,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.infer.problem import fit
 from benchtwin.rigs.roll.diagnose import baseline, scales_of
@@ -65,9 +66,13 @@ def _slope(
     whole = np.isin(found.names, (SLOPE, "level")).astype(float)
     slope, sd = float(whole @ found.values), math.sqrt(whole @ found.covariance @ whole)
     notes = (
-        f"slope, falling towards +x, from {counts[0]} runs towards +x and {counts[1]}"
-        " towards -x, fitted together",
-        "each direction's rolling friction contains the slope, their mean does not",
+        tr(
+            "slope, falling towards +x, from {} runs towards +x and {} towards"
+            " -x, fitted together",
+            counts[0],
+            counts[1],
+        ),
+        tr("each direction's rolling friction contains the slope, their mean does not"),
         *left_out,
     )
     each = [

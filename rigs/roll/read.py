@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.rigs.roll.roll_path import stays_on_incline
 from benchtwin.twin.pair import Curve
@@ -86,7 +87,7 @@ def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenRoll:
 def _readings(recording: Recording) -> SeenRoll:
     table, none = read_readings(recording.files[0]), np.zeros(0)
     if "run_out_mm" not in table.rows:
-        raise MeasurementError(f"{recording.files[0]}: no column run_out_mm")
+        raise MeasurementError(tr("{}: no column run_out_mm", recording.files[0]))
     values = table.rows["run_out_mm"].dropna().to_numpy(float)
     return SeenRoll(
         recording.id,
@@ -110,28 +111,38 @@ def roll_of(track: Track, recording: Recording) -> SeenRoll:
     if track.unit != "mm" or not track.timed:
         missing = "mm_per_px" if track.unit != "mm" else "fps"
         raise MeasurementError(
-            f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs"
-            " lengths and times"
+            tr(
+                "{}: [camera] {} is missing; a diagnosis needs lengths and times",
+                recording.toml,
+                missing,
+            )
         )
     inertia_of_recording(recording)  # a gap that the ball falls through is told now
     used = track.used()
     if len(used) < LEAST_ROWS:
         raise MeasurementError(
-            f"{len(used)} usable rows; a diagnosis of a roll needs at least"
-            f" {LEAST_ROWS}"
+            tr(
+                "{} usable rows; a diagnosis of a roll needs at least {}",
+                len(used),
+                LEAST_ROWS,
+            )
         )
     if not (np.isfinite(used.x).all() and np.isfinite(used.t_s).all()):
-        raise MeasurementError("x_mm or t_s holds rows without a number")
+        raise MeasurementError(tr("x_mm or t_s holds rows without a number"))
     ends = max(1 if len(used) < FEW_ROWS else 3, len(used) // 50)
     way = float(np.median(used.x[-ends:]) - np.median(used.x[:ends]))
     if abs(way) < 2.0:
         raise MeasurementError(
-            f"the seed does not roll: it moves {abs(way):.3g} mm in all"
+            tr("the seed does not roll: it moves {:.3g} mm in all", abs(way))
         )
     forwards = np.diff(used.x) / way
     if len(used) < FEW_ROWS and (forwards < -BACK_SHARE).any():
         raise MeasurementError(
-            f"{len(used)} usable rows, and x_mm goes back and forth; {BACK_AND_FORTH}"
+            tr(
+                "{} usable rows, and x_mm goes back and forth; {}",
+                len(used),
+                tr(BACK_AND_FORTH),
+            )
         )
     return seen_roll(track, recording, stays_on_incline(used, recording))
 
@@ -171,7 +182,7 @@ def curve(roll: SeenRoll, *, relative: bool, timed: bool) -> Curve:
     """Way over time."""
     if not len(roll.x_mm):
         raise MeasurementError(
-            f"{roll.recording}: a run-out that was read off shows no curve"
+            tr("{}: a run-out that was read off shows no curve", roll.recording)
         )
     start = np.median(roll.x_mm[: max(1, min(5, len(roll.x_mm) // 6))])
     way = roll.x_mm - start

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.run_out import rolling_friction
 from benchtwin.infer.finding import Curve
 from benchtwin.infer.noise import Noise
@@ -84,8 +85,14 @@ def rulers_of(recordings) -> tuple[tuple[Ruler, ...], tuple[str, ...]]:
         lengths = r.run_out_mm[r.run_out_mm > 0] / 1000
         absent = [k for k in ("incline_deg", "incline_length_mm") if not told.get(k)]
         if absent or not len(lengths):
-            why = f"[roll] {' and '.join(absent)} missing" if absent else "no run-out"
-            notes.append(f"{r.recording}: {why}: its readings cannot be compared")
+            why = (
+                tr("[roll] {} missing", tr(" and ").join(absent))
+                if absent
+                else tr("no run-out")
+            )
+            notes.append(
+                tr("{}: {}: its readings cannot be compared", r.recording, why)
+            )
             continue
         found.append(
             Ruler(
@@ -101,8 +108,10 @@ def rulers_of(recordings) -> tuple[tuple[Ruler, ...], tuple[str, ...]]:
         )
     if not found:
         raise ValueError(
-            "[roll] incline_deg and incline_length_mm are missing; without them"
-            " run-outs do not give a slope"
+            tr(
+                "[roll] incline_deg and incline_length_mm are missing; without them"
+                " run-outs do not give a slope"
+            )
         )
     return tuple(found), tuple(notes)
 

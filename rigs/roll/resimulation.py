@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchtwin.bench.air import air_of, drag_shape
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.path_comparison import (
     MOST,
     TwinPair,
@@ -46,8 +47,11 @@ def resimulate(
     ]
     if not seen:
         raise ValueError(
-            "no track from the release to the stop is there to run again: the twin's"
-            " rolls go from end to end"
+            tr(
+                "no track from the release to the stop is there to run again:"
+                " the twin's"
+                " rolls go from end to end"
+            )
         )
     values = values_by_recording(finding)
     chosen = [r for r in seen if r.recording in values][:MOST]
@@ -58,7 +62,7 @@ def resimulate(
         [change_of(r.description, v, finding.laws) for r, v in zip(chosen, every)]
         for every in ([dict.fromkeys(v, 0.0) for v in own], own)
     )
-    say("roll: finding the twin's rolling friction")
+    say(tr("roll: finding the twin's rolling friction"))
     old = friction(chosen, paths, nil)
     new = friction(chosen, paths, whole)
     twins = [
@@ -71,11 +75,13 @@ def resimulate(
         )
         for r, path, before, after in zip(chosen, paths, nil, whole, strict=True)
     ]
-    how = (
-        f"rolling friction {old:.4g} in the old and {new:.4g} in the new twin, so that"
-        " they run out as far as recorded on average"
+    how = tr(
+        "rolling friction {:.4g} in the old and {:.4g} in the new twin, so"
+        " that they run out as far as recorded on average",
+        old,
+        new,
     )
-    more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
+    more = tr("; the first {} recordings", MOST) if len(seen) > MOST else ""
     again = Resimulation(
         "roll",
         finding.modelled,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
@@ -68,11 +69,11 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
         along = (sign * track.x - u.mean()) * direction[0] + (
             track.y - y.mean()
         ) * direction[1]
-        note = "the picture shows one straight leg only: the junction is not seen"
+        note = tr("the picture shows one straight leg only: the junction is not seen")
         doubt = (
             ""
             if (incline_deg or 0.0) < MOST_BEND_ERROR_DEG
-            else f"[roll] incline_deg says {incline_deg:g}°, {note}"
+            else tr("[roll] incline_deg says {:g}°, {}", incline_deg, note)
         )
         return RollPath(
             replace(track, x=along, y=np.zeros(len(track))), None, [], (note,), doubt
@@ -86,16 +87,22 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
     offset = np.column_stack([sign * track.x - at, track.y - height])
     along = np.where(offset[:, 0] < 0, offset @ legs[0], offset @ legs[1])
     corner_shift = size / 2 * np.tan(turn / 2)
-    notes = [f"the legs meet at an angle of {np.degrees(turn):.2f}° in the picture"]
+    notes = [
+        tr("the legs meet at an angle of {:.2f}° in the picture", np.degrees(turn))
+    ]
     doubt = ""
     if incline_deg is not None and abs(np.degrees(turn) - incline_deg) > 1.5:
         notes.append(
-            f"[roll] incline_deg says {incline_deg:g}°: check it, or the camera's view"
+            tr(
+                "[roll] incline_deg says {:g}°: check it, or the camera's view",
+                incline_deg,
+            )
         )
         if abs(np.degrees(turn) - incline_deg) > MOST_BEND_ERROR_DEG:
-            doubt = (
-                f"the legs of the path meet at {np.degrees(turn):.1f}°, [roll]"
-                f" incline_deg says {incline_deg:g}°"
+            doubt = tr(
+                "the legs of the path meet at {:.1f}°, [roll] incline_deg says {:g}°",
+                np.degrees(turn),
+                incline_deg,
             )
     start = (sign * u.min(), height + slope_incline * (u.min() - at))
     end = (sign * u.max(), height + slope_level * (u.max() - at))
@@ -103,9 +110,10 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
     path = replace(track, x=along, y=np.zeros(len(track)))
     rocks = _rocking_px(recording)
     if rms > MOST_RMS * size + rocks:
-        text = (
-            f"the places lie {rms:.2g} px off the straight legs: a shadow or a mirror"
-            " image is taken for a part of the seed"
+        text = tr(
+            "the places lie {:.2g} px off the straight legs: a shadow or a"
+            " mirror image is taken for a part of the seed",
+            rms,
         )
         doubt = f"{doubt}; {text}" if doubt else text
     # Places are assumed to err along the legs as much as across them; the rocking of an
@@ -137,7 +145,7 @@ def rolls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> str:
     at, reach = int(np.argmax(u >= corner)), max(3, len(time) // 20)
     slows = np.median(speed[-reach:]) < SLOWS * np.median(speed[at : at + reach])
     steep = f"{down[0] - down[1]:.0f}°"
-    return f"it comes down an incline of {steep} and slows" if slows else ""
+    return tr("it comes down an incline of {} and slows", steep) if slows else ""
 
 
 def _rocking_px(recording: Recording) -> float:

@@ -10,6 +10,7 @@ from scipy.ndimage import median_filter
 
 from benchtwin.bench.air import Air, air_of, drag_shape, stated_sizes_mm
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, stated_sd, unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.noise import frame_lag
@@ -119,9 +120,9 @@ def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
             )
             notes += [f"{roll.recording}: {text}" for text in runs[-1].notes]
         except ValueError as error:
-            notes.append(f"{roll.recording} is left out: {error}")
+            notes.append(tr("{} is left out: {}", roll.recording, error))
     if not runs:
-        raise ValueError("; ".join(notes) or "none of the recordings holds a track")
+        raise ValueError("; ".join(notes) or tr("none of the recordings holds a track"))
     return tuple(runs), seed, tuple(notes)
 
 
@@ -135,7 +136,7 @@ def run_of(roll, seed: Seed) -> Run:
     """One recording (read.SeenRoll); ValueError says what it lacks."""
     if len(roll.x_mm) < LEAST_ROWS:
         raise ValueError(
-            f"{len(roll.x_mm)} usable rows; at least {LEAST_ROWS} are needed"
+            tr("{} usable rows; at least {} are needed", len(roll.x_mm), LEAST_ROWS)
         )
     few = roll.gates or len(roll.x_mm) < FEW_ROWS
     keep = np.arange(len(roll.x_mm)) if few else _no_spikes(roll.x_mm)
@@ -143,7 +144,10 @@ def run_of(roll, seed: Seed) -> Run:
     told, notes = roll.description.get("roll", {}), list(roll.notes)
     if len(keep) < len(roll.x_mm):
         notes.append(
-            f"{len(roll.x_mm) - len(keep)} rows far off their neighbours are left out"
+            tr(
+                "{} rows far off their neighbours are left out",
+                len(roll.x_mm) - len(keep),
+            )
         )
     incline = math.radians(told["incline_deg"]) if told.get("incline_deg") else math.nan
     length = (
@@ -153,8 +157,10 @@ def run_of(roll, seed: Seed) -> Run:
     if stays(roll.description):
         if not roll.gates and (end := _stopped(time, x)):
             notes.append(
-                f"the seed is stopped at {time[end - 1]:.4g} s; what follows is not"
-                " fitted"
+                tr(
+                    "the seed is stopped at {:.4g} s; what follows is not fitted",
+                    time[end - 1],
+                )
             )
             keep, time, x, frame = (rows[:end] for rows in (keep, time, x, frame))
         spread = np.zeros(len(x))
@@ -166,12 +172,14 @@ def run_of(roll, seed: Seed) -> Run:
         way = path_of_few(time, x, weight_over_inertia(seed), incline, length)
         if not (time > way.corner).any():
             raise ValueError(
-                "no row lies behind the incline; [roll] level = false says that the"
-                " seed stays on it"
+                tr(
+                    "no row lies behind the incline; [roll] level = false says that the"
+                    " seed stays on it"
+                )
             )
         speed = np.diff(x) / np.diff(time)
         if x[-2] > length and speed[-1] == speed.max() and len(speed) > 1:
-            raise ValueError("the seed does not slow down on the level")
+            raise ValueError(tr("the seed does not slow down on the level"))
     else:
         way = fit_path(time, x)
         moving = max(way.stop - way.release, 1e-3)
@@ -234,8 +242,11 @@ def _need_run_out(run: Run) -> None:
     short = run.x[-1] - run.way.place < 1.2 * run.way.way_down
     if not run.stays and len(run.x) >= FEW_ROWS and (level < LEAST_LEVEL or short):
         raise ValueError(
-            f"the track ends too soon behind the incline ({level} rows); a"
-            " diagnosis needs the run-out"
+            tr(
+                "the track ends too soon behind the incline ({} rows); a"
+                " diagnosis needs the run-out",
+                level,
+            )
         )
 
 

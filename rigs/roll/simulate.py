@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+from benchtwin.bench.language import tr
 from benchtwin.sim.picture import Camera, Look
 from benchtwin.sim.rigs.roll import Roll, run_roll
 from benchtwin.twin.setup import Setup
@@ -13,13 +14,19 @@ def runs_out(recording: Recording, given: dict[str, Any]) -> dict[str, Any]:
     """ValueError for a roll that stays on its incline, or runs on rails."""
     if recording.roll.level is False:
         raise ValueError(
-            f"{recording.toml}: [roll] level = false: the twin's rolls run out on a"
-            " level plate, none stays on its incline"
+            tr(
+                "{}: [roll] level = false: the twin's rolls run out on a level"
+                " plate, none stays on its incline",
+                recording.toml,
+            )
         )
     if recording.roll.rail_gap_mm:
         raise ValueError(
-            f"{recording.toml}: [roll] rail_gap_mm: the twin has no rails, its seeds"
-            " roll on a plate"
+            tr(
+                "{}: [roll] rail_gap_mm: the twin has no rails, its seeds roll"
+                " on a plate",
+                recording.toml,
+            )
         )
     return given
 

@@ -6,6 +6,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.table import Table, over
 from benchtwin.infer import power_law
 from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
@@ -171,7 +172,7 @@ def law_of(base: Fit) -> Law:
             least=slowest,
             low=least_drive,
         ),
-        _resisting("travel", f"at {1e3 * far:g} mm", RISING),
+        _resisting("travel", tr("at {:g} mm", 1000.0 * far), RISING),
         replace(_resisting("time", f"after {long:g} s", RISING), low=least_drive),
     ]
     columns = [[by_speed(p, r) for p in POWERS] for r in runs]
@@ -194,18 +195,19 @@ def law_of(base: Fit) -> Law:
 
 
 def _against(rises: bool) -> str:
-    return f"a force {'against' if rises else 'along'} the motion"
+    return tr("a force {} the motion", tr("against") if rises else tr("along"))
 
 
 def _resisting(quantity: str, where: str, powers, acts=None) -> Family:
     return Family(
-        lambda rises, power: f"{_against(rises)} as {quantity} {power}",
-        ("1", f"of the weight {where}"),
+        lambda rises, power: tr("{} as {} {}", _against(rises), tr(quantity), power),
+        ("1", tr("of the weight {}", where)),
         "run-out",
         powers,
         quantity,
         acts,
-        f"the twin knows no resistance that goes with {quantity}" * (acts is None),
+        tr("the twin knows no resistance that goes with {}", tr(quantity))
+        * (acts is None),
     )
 
 
@@ -219,7 +221,12 @@ def _in_the_twin(top: float):
         return {
             "resist": resist,
             "counterpart": counterpart(
-                "rolling friction is more by", "rolling_power", "size", name, top, power
+                tr("rolling friction is more by"),
+                "rolling_power",
+                "size",
+                name,
+                top,
+                power,
             ),
         }
 
@@ -227,17 +234,19 @@ def _in_the_twin(top: float):
 
 
 def _on_part(low: float, high: float) -> Family:
-    part = f"between {1e3 * low:.0f} and {1e3 * high:.0f} mm behind the corner"
+    part = tr(
+        "between {:.0f} and {:.0f} mm behind the corner", 1000.0 * low, 1000.0 * high
+    )
     return Family(
         lambda rises, power: f"{_against(rises)} {part}",
-        ("1", "of the weight"),
+        ("1", tr("of the weight")),
         "run-out",
-        not_simulated="the twin's plate is the same all over",
+        not_simulated=tr("the twin's plate is the same all over"),
     )
 
 
 CORNER = Family(
-    lambda rises, power: "a loss of speed at the corner",
+    lambda rises, power: tr("a loss of speed at the corner"),
     ("1", "of the speed"),
     "onset",
     not_simulated="the twin's corner has no law of its own",

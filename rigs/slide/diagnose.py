@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.resolution import STEPS
 from benchtwin.infer.conditions import (
     Contact,
@@ -80,7 +81,9 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     heard = vibration(prepared)
     notes = (*session.notes, *said)
     notes += (
-        (f"the travel ripples at {heard.hertz:.3g} Hz in all runs",) if heard else ()
+        (tr("the travel ripples at {:.3g} Hz in all runs", heard.hertz),)
+        if heard
+        else ()
     )
     asked = DiagnosisTask(
         "slide",
@@ -107,7 +110,7 @@ def alternatives(
     out = [Alternative(problem, 1.0 if known else ROTATING_PLATE_ODDS)]
     if not known:
         fixed = _scattering(prepared, replace(model, turning=0.0))
-        out.append(Alternative(fixed, FIXED_PLATE_ODDS, FIXED_PLATE_NOTE))
+        out.append(Alternative(fixed, FIXED_PLATE_ODDS, tr(FIXED_PLATE_NOTE)))
     for height in stairs_of(session):
         stepped = _scattering(prepared, replace(model, stair_deg=height))
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}

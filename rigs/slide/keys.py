@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from benchtwin.bench.section import (
+    SIMULATED,
     Coverage,
     Length,
     NotNegative,
@@ -43,5 +44,5 @@ class Slide(Section):
     where none is stated."""
     card_mm: TwoLengths | None = None
     """Length, along the plate, and width of the card on a plate of seeds."""
-    slides: Annotated[int, Field(ge=1, le=1000)] | None = None
+    slides: Annotated[Annotated[int, Field(ge=1, le=1000)] | None, SIMULATED] = None
     """How often the card slides on each simulated plate of seeds."""

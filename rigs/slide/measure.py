@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.noise import Noise
@@ -116,7 +117,7 @@ def measure_slide(track: Track, recording: Recording) -> Slide:
     try:
         return _measured(_evidence(used, recording, few))
     except ValueError as error:
-        onset = all_failed(QUANTITIES[:2], FEW if few else str(error))
+        onset = all_failed(QUANTITIES[:2], tr(FEW) if few else str(error))
         return Slide((*onset, failed(*QUANTITIES[2], str(error))), None, None)
 
 
@@ -150,10 +151,10 @@ def _evidence(track: Track, recording: Recording, few: bool) -> Evidence:
     if rate and not run.tilt.sensor:
         if not track.timed:
             raise MeasurementError(
-                f"{recording.toml}: {ANGLE_MISSING} together with camera.fps"
+                tr("{}: {} together with camera.fps", recording.toml, tr(ANGLE_MISSING))
             )
         if start is None:
-            raise MeasurementError(f"{recording.toml}: {START_MISSING}")
+            raise MeasurementError(f"{recording.toml}: {tr(START_MISSING)}")
     if not track.physical:
         unit = _first_unit(run)
         run = replace(run, air=AirDrag(), scale_sd=FREE_SCALE_SD)
@@ -166,13 +167,19 @@ def _said(run: Run, rate: float | None, start: float | None) -> list[str]:
     if run.tilt.sensor:
         return []
     if not rate:
-        said = f"the plate is taken to stand at {start:g}°"
+        said = tr("the plate is taken to stand at {:g}°", start)
         said += f", ± {stated_sd('level-plate'):g}°"
-        return [said + ": no tilt_rate_deg_s is stated" * (rate is None)]
+        return [said + tr(": no tilt_rate_deg_s is stated") * (rate is None)]
     sd = stated_sd("level-plate" if run.gates else "start-angle")
     return [
-        f"the plate's angle is as stated: {start:g}° at t = 0, ± {sd:g}°, and {rate:g}"
-        f" °/s, ± {100 * stated_sd('tilt-rate'):g} %"
+        tr(
+            "the plate's angle is as stated: {:g}° at t = 0, ± {:g}°, and {:g}"
+            " °/s, ± {:g} %",
+            start,
+            sd,
+            rate,
+            100 * stated_sd("tilt-rate"),
+        )
     ]
 
 
@@ -206,7 +213,7 @@ def _of_few(seen: Evidence) -> Slide:
     one = _one(found.fit, math.sqrt(factor))
     (kinetic,) = one.quantities(dict(QUANTITIES[2:]), _shared(seen, one.fit)).values()
     kinetic = kinetic.doubt(_negative(kinetic), vague(kinetic), doubt)
-    onset = all_failed(QUANTITIES[:2], FEW)
+    onset = all_failed(QUANTITIES[:2], tr(FEW))
     return Slide((*onset, kinetic), None, _curve(seen, found), tuple(seen.notes))
 
 
@@ -230,13 +237,15 @@ def _of_track(seen: Evidence, ways: list[Alone]) -> Slide:
     ones, best = _losses(best)
     quantities = _mixed(seen, best, ones)
     if best.run.how != LETS_GO:
-        why = STANDS if best.run.tilt.stands else ALREADY_MOVING
+        why = tr(STANDS) if best.run.tilt.stands else tr(ALREADY_MOVING)
         quantities = [*all_failed(QUANTITIES[:2], why), quantities[-1]]
     angle, static, kinetic = quantities
     if not track.physical:
         missing = "mm_per_px" if track.unit == "px" else "fps"
-        why = f"pixels or frames only; camera.{missing} is needed"
-        kinetic = failed("kinetic_friction", "1", f"the acceleration is known in {why}")
+        why = tr("pixels or frames only; camera.{} is needed", missing)
+        kinetic = failed(
+            "kinetic_friction", "1", tr("the acceleration is known in {}", why)
+        )
     doubts = _doubts(seen, best, kinetic, static)
     free = (LOSES,) * bool(best.fit.by_name.get(LOSES))
     rivals = [*_one(best.fit).rivals(free), *_other_ways(ways)]
@@ -246,13 +255,20 @@ def _of_track(seen: Evidence, ways: list[Alone]) -> Slide:
     )
     if (1 - noise.white) * noise.rho > 0.3:
         notes.append(
-            f"successive frames err together (ρ = {noise.rho:.2f}); the standard"
-            " deviations allow for it"
+            tr(
+                "successive frames err together (ρ = {:.2f}); the standard"
+                " deviations allow for it",
+                noise.rho,
+            )
         )
     if len(best.run.time) < len(seen.run.time):
         met = float(best.run.time[-1]) / seen.clock
         notes.append(
-            f"the slide ends at {met:.4g} {track.time_unit}; what follows is not fitted"
+            tr(
+                "the slide ends at {:.4g} {}; what follows is not fitted",
+                met,
+                track.time_unit,
+            )
         )
     onset = None
     if best.run.how != MOVING:
@@ -365,7 +381,7 @@ def _other_ways(ways: list[Alone]) -> list[Rival]:
             shown = {name: math.nan for name, _ in QUANTITIES[:2]}
             odds = math.exp(min(other.ln_evidence - best.ln_evidence, 500.0))
             there = by_name(shown | {"kinetic_friction": kinetic})
-            out.append(Rival(odds, WORDS[other.run.how], there))
+            out.append(Rival(odds, tr(WORDS[other.run.how]), there))
     return out
 
 
@@ -378,7 +394,7 @@ def _curve(seen: Evidence, found: Alone) -> tuple[np.ndarray, np.ndarray]:
 def _negative(kinetic: Quantity) -> str:
     if not kinetic.value < -2 * kinetic.sd:
         return ""
-    return "negative kinetic friction: are angle, scale and times right?"
+    return tr("negative kinetic friction: are angle, scale and times right?")
 
 
 def _doubts(
@@ -392,15 +408,19 @@ def _doubts(
     before = int((run.time - run.tilt.origin < onset).sum())
     sliding = len(run.time) - before
     if run.how == LETS_GO and before < LEAST_REST - 1:
-        doubts.append(ALREADY_MOVING)
+        doubts.append(tr(ALREADY_MOVING))
     if sliding < LEAST_SLIDING // 2:
-        doubts.append(f"only {sliding} frames of sliding")
+        doubts.append(tr("only {} frames of sliding", sliding))
     left, noise = float(np.sqrt(np.mean(best.left**2))), difference_noise(run.travel, 2)
     if left > max(5 * noise, 0.02 * float(np.ptp(run.travel))):
         doubts.append(
-            "the travel is not that of one block under constant friction (off by"
-            f" {left / seen.unit:.2g} {seen.track.unit})"
+            tr(
+                "the travel is not that of one block under constant friction"
+                " (off by {:.2g} {})",
+                left / seen.unit,
+                seen.track.unit,
+            )
         )
     if kinetic.value > static.value + 2 * math.hypot(kinetic.sd, static.sd):
-        doubts.append("kinetic friction above static friction")
+        doubts.append(tr("kinetic friction above static friction"))
     return doubts

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.seed_plate import LAID_BY_HAND
 from benchtwin.vision.evidence.frames import open_frames
@@ -63,16 +64,24 @@ def angle_when_gone(track: Track, recording: Recording) -> float:
     gone = np.flatnonzero(travel >= far)
     if not gone.size or not gone[0]:
         raise MeasurementError(
-            f"{recording.path}: the card goes {travel.max():.0f} mm, and counts as slid"
-            f" off after {far:g}: [slide] travel_mm states another way"
+            tr(
+                "{}: the card goes {:.0f} mm, and counts as slid off after"
+                " {:g}: [slide] travel_mm states another way",
+                recording.path,
+                travel.max(),
+                far,
+            )
         )
     tilt = used.tilt_deg
     if tilt is None or not np.isfinite(tilt).all():
         rate, start = stated.tilt_rate_deg_s, stated.start_deg
         if rate is None or start is None:
             raise MeasurementError(
-                f"{recording.toml}: the plate's angle is unknown: give a tilt_deg"
-                " column in track.csv, or [slide] start_deg and tilt_rate_deg_s"
+                tr(
+                    "{}: the plate's angle is unknown: give a tilt_deg column"
+                    " in track.csv, or [slide] start_deg and tilt_rate_deg_s",
+                    recording.toml,
+                )
             )
         tilt = start + rate * (used.t_s - used.t_s[0])
     rows = slice(gone[0] - 1, gone[0] + 1)
@@ -91,7 +100,7 @@ def card_unknown(recording: Recording) -> str:
     if not slide.plate:
         return ""
     if slide.card_mm is None:
-        return (
+        return tr(
             "[slide] card_mm is missing: a larger card slides on a plate of seeds at a"
             " smaller angle"
         )
@@ -101,9 +110,11 @@ def card_unknown(recording: Recording) -> str:
     seeds = covered / (math.pi / 4 * seed.length_mm * seed.width_mm)
     if round(seeds) >= LEAST_SEEDS:
         return ""
-    return (
-        f"[slide] card_mm: about {seeds:.0f} seeds have room on it, and a card rocks or"
-        f" rolls on fewer than {LEAST_SEEDS}: glue more to a larger one"
+    return tr(
+        "[slide] card_mm: about {:.0f} seeds have room on it, and a card"
+        " rocks or rolls on fewer than {}: glue more to a larger one",
+        seeds,
+        LEAST_SEEDS,
     )
 
 

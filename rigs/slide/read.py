@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.rigs.slide.session import ANGLE_MISSING
 from benchtwin.twin.pair import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
@@ -64,7 +65,7 @@ def readings_of(recording: Recording) -> SeenSlide:
     """Angles that somebody read off; MeasurementError where there are none."""
     table = read_readings(recording.files[0])
     if "slide_angle_deg" not in table.rows:
-        raise MeasurementError(f"{recording.files[0]}: no column slide_angle_deg")
+        raise MeasurementError(tr("{}: no column slide_angle_deg", recording.files[0]))
     return SeenSlide(
         recording.id,
         recording.session or "",
@@ -78,10 +79,15 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
     """A track as a slide; MeasurementError where scale, frame rate or the plate's angle
     is unknown."""
     if track.unit != "mm" or not track.timed:
-        missing = "scale (mm_per_px)" if track.unit != "mm" else "frame rate (fps)"
+        missing = (
+            tr("scale (mm_per_px)") if track.unit != "mm" else tr("frame rate (fps)")
+        )
         raise MeasurementError(
-            f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs"
-            " lengths and times"
+            tr(
+                "{}: [camera] {} is missing; a diagnosis needs lengths and times",
+                recording.toml,
+                missing,
+            )
         )
     return seen_slide(without_strays(track), recording)
 
@@ -97,7 +103,7 @@ def seen_slide(track: Track, recording: Recording) -> SeenSlide:
     stated = recording.slide
     seen = track.tilt_deg is not None and np.isfinite(track.tilt_deg).any()
     if not seen and not stated.tilt_rate_deg_s and stated.start_deg is None:
-        raise MeasurementError(f"{recording.toml}: {ANGLE_MISSING}")
+        raise MeasurementError(f"{recording.toml}: {tr(ANGLE_MISSING)}")
     return SeenSlide(
         recording.id,
         recording.session or "",
@@ -120,8 +126,11 @@ def half_stated(recording: Recording) -> tuple[str, ...]:
     if camera.mm_per_px_sd is None or camera.mm_per_px:
         return ()
     return (
-        "[camera] mm_per_px_sd is stated without mm_per_px: lengths are taken as known"
-        f" to {100 * camera.scale_sd:g} %",
+        tr(
+            "[camera] mm_per_px_sd is stated without mm_per_px: lengths are"
+            " taken as known to {:g} %",
+            100 * camera.scale_sd,
+        ),
     )
 
 
@@ -140,7 +149,7 @@ def curve(slide: SeenSlide, *, relative: bool, timed: bool) -> Curve:
     """Travel over the plate's tilt, or over time where it is `timed`, or the tilt is
     not known."""
     if not len(slide.x_mm):
-        raise MeasurementError(f"{slide.recording}: angles read off show no curve")
+        raise MeasurementError(tr("{}: angles read off show no curve", slide.recording))
     travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))
     tilts = slide.tilt_deg
     if timed or tilts is None or not np.isfinite(tilts).all():

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.diagnose.path_comparison import (
     MOST,
     TwinPair,
@@ -40,27 +41,33 @@ def resimulate(
     values = values_by_recording(finding)
     seen = [r for r in recordings if len(r.x_mm) and r.recording in values]
     if not seen:
-        raise ValueError("only angles were read off: there is no track to run again")
+        raise ValueError(
+            tr("only angles were read off: there is no track to run again")
+        )
     seen = [r for r in seen if rate_of(r)]
     if not seen:
-        raise ValueError("the twin's plate is raised, that of these slides stands")
+        raise ValueError(tr("the twin's plate is raised, that of these slides stands"))
     names = finding.modelled
     twins = []
     for k, r in enumerate(seen[:MOST]):
         say(
-            f"slide: finding the twin's friction for {r.recording} ({k + 1} of"
-            f" {min(len(seen), MOST)})"
+            tr(
+                "slide: finding the twin's friction for {} ({} of {})",
+                r.recording,
+                k + 1,
+                min(len(seen), MOST),
+            )
         )
         # the same laws at 0: one set of compiled kernels
         nil = values[r.recording] | dict.fromkeys(names, 0.0)
         both = (nil, values[r.recording])
         made = [fitted(r, onset_deg(r), v, k, finding.laws) for v in both]
         twins.append(TwinPair(r.recording, travelled(r), BEGUN_MM, *made))
-    more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
+    more = tr("; the first {} recordings", MOST) if len(seen) > MOST else ""
     several, change = len(finding.recordings) > 1, change_in_words(finding)
     again = Resimulation("slide", names, change, "", (), several)
     if any(not followed_condition(n) for n in names):
-        how = (
+        how = tr(
             "friction at rest is such that the twin's block begins to move at the"
             " recorded angle, old and new alike"
         )
@@ -97,7 +104,7 @@ def _let_go(
     rows = tuple(
         Comparison(
             t.name,
-            "angle of onset",
+            tr("angle of onset"),
             "°",
             float(abs(old - angle)),
             float(abs(new - angle)),
@@ -105,9 +112,10 @@ def _let_go(
         )
         for t, (old, new), angle in zip(twins, angles, told)
     )
-    how = (
-        "the angle of onset is that of the twin with one friction at rest for all"
-        f" slides, and with each slide's own{more}"
+    how = tr(
+        "the angle of onset is that of the twin with one friction at rest"
+        " for all slides, and with each slide's own{}",
+        more,
     )
     points = {
         "recorded": (shift, told),
@@ -115,8 +123,8 @@ def _let_go(
         "new twin": (shift, angles[:, 1]),
     }
     figure = again.figure or {
-        "x": "static friction beside its mean, by what is stated",
-        "y": "angle of onset (°)",
+        "x": tr("static friction beside its mean, by what is stated"),
+        "y": tr("angle of onset (°)"),
         "points": points,
     }
     return replace(

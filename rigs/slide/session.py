@@ -9,6 +9,7 @@ import numpy as np
 from benchtwin.bench.air import REFERENCE_SPEED_M_S, air_of
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import ellipsoid_volume
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import on_grid, reading_step
 from benchtwin.bench.robust import difference_noise
@@ -153,7 +154,7 @@ def assemble(recordings) -> Session:
     for seen in recordings:
         notes += [f"{seen.recording}: {note}" for note in seen.notes]
         if seen.trouble:
-            notes.append(f"{seen.recording}: left out: {seen.trouble}")
+            notes.append(tr("{}: left out: {}", seen.recording, seen.trouble))
             continue
         told[seen.recording] = seen.description
         try:
@@ -164,26 +165,33 @@ def assemble(recordings) -> Session:
                 begun = float(runs[-1].time[0] - seen.time_s[0])
                 if runs[-1].in_motion and begun > 0:
                     notes.append(
-                        f"{seen.recording}: its first {begun:.2g} s, in which it rests"
-                        " or is pushed, are left out"
+                        tr(
+                            "{}: its first {:.2g} s, in which it rests or is"
+                            " pushed, are left out",
+                            seen.recording,
+                            begun,
+                        )
                     )
         except ValueError as error:
-            notes.append(f"{seen.recording}: left out: {error}")
+            notes.append(tr("{}: left out: {}", seen.recording, error))
     if not runs and not reads:
         raise ValueError(
-            "no slide can be used: " + "; ".join(notes or ["there is none"])
+            tr("no slide can be used: ") + "; ".join(notes or [tr("there is none")])
         )
     stand = [r for r in runs if r.in_motion and not r.tilt.sensor]
     if any("tilt_rate_deg_s" not in told[r.recording].get("slide", {}) for r in stand):
         angle = math.degrees(stand[0].tilt.coefficients[0])
         notes.append(
-            f"the plate is taken to stand at {angle:.3g}°: no tilt_rate_deg_s is stated"
+            tr(
+                "the plate is taken to stand at {:.3g}°: no tilt_rate_deg_s is stated",
+                angle,
+            )
         )
     grid = grid_of([r.angles for r in reads])
     reads = [replace(r, grid_deg=r.grid_deg or grid) for r in reads]
     if reads and grid >= COARSE_DEG:
         notes.append(
-            f"angles are read to {grid:g}°, which is carried into the friction"
+            tr("angles are read to {:g}°, which is carried into the friction", grid)
         )
     names = [*(r.recording for r in runs), *(r.recording for r in reads)]
     return Session(
@@ -220,7 +228,10 @@ def _read(seen) -> Read:
     angles = angles[np.isfinite(angles)]
     if not len(angles):
         raise ValueError(
-            "its readings hold no number; slide_angle_deg should hold an angle a row"
+            tr(
+                "its readings hold no number; slide_angle_deg should hold an"
+                " angle a row"
+            )
         )
     rate = seen.description.get("slide", {}).get("tilt_rate_deg_s")
     stated = seen.description.get("reading", {}).get("resolution_deg") or 0.0
@@ -237,7 +248,7 @@ def has_few_rows(gates: bool, count: int) -> bool:
 def need_sliding(rows: int, least: int = LEAST_OF_FEW) -> None:
     """ValueError for too few rows."""
     if rows < least:
-        raise ValueError(f"{rows} rows of sliding; at least {least} are needed")
+        raise ValueError(tr("{} rows of sliding; at least {} are needed", rows, least))
 
 
 def run_of(seen) -> Run:
@@ -249,7 +260,7 @@ def run_of(seen) -> Run:
     moved = float(np.ptp(seen.x_mm))
     if moved < max(SEEN_SDS * noise, LEAST_TRAVEL[seen.unit]):
         raise ValueError(
-            f"the block does not slide: it moves {moved:.3g} {seen.unit} in all"
+            tr("the block does not slide: it moves {:.3g} {} in all", moved, seen.unit)
         )
     ends = 1 if few else max(3, len(seen.x_mm) // 20)
     way = np.median(seen.x_mm[-ends:]) - np.median(seen.x_mm[:ends])
@@ -335,7 +346,7 @@ def _plate(seen, first: int, met: int) -> Tilt:
         sd = unstated_sd("start-angle") if start is None else sd
         return stated_tilt(rate, start or 0.0, sd, time[first])
     if start is None:
-        raise ValueError(ANGLE_MISSING)
+        raise ValueError(tr(ANGLE_MISSING))
     return standing_tilt(start, time[first])
 
 
@@ -375,15 +386,17 @@ def _beside_others(run: Run, description: dict) -> Run:
         run = replace(run, met=_met(run.time, run.travel, 0))
     else:
         if not run.tilt.rate_deg_s > 0:
-            raise ValueError("the plate is lowered while the block slides")
+            raise ValueError(tr("the plate is lowered while the block slides"))
         if run.rest and not run.few:  # seen later than the onset, by t ~ x^⅓
             slid = run.time[run.met - 1] - run.time[run.rest - 1]
             early = run.time[run.rest - 1] - EARLIER * slid
             run = replace(run, rest=int(np.searchsorted(run.time, early)))
         if not run.few and run.rest < LEAST_REST:
             raise ValueError(
-                "the block moves from the first rows on: the onset is not in the"
-                " recording"
+                tr(
+                    "the block moves from the first rows on: the onset is not in the"
+                    " recording"
+                )
             )
         far = FARTHER * (description["slide"].get("travel_mm") or math.inf)
         beyond = run.travel - np.median(run.travel[: max(run.rest, 1)]) > far

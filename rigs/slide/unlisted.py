@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.language import tr
 from benchtwin.infer import power_law
 from benchtwin.infer.power_law import Family, Law, counterpart, raised, reference
 from benchtwin.infer.problem import Fit
@@ -83,7 +84,7 @@ def law_of(fit: Fit) -> Law:
         over = [raised(axes[a][r] / most[a], p) for a in WORDS for p in POWERS]
         pushes.append([-cosine * column for column in over])
     families = [
-        _friction(f"at {most['x_mm']:g} mm", "x_mm"),
+        _friction(tr("at {:g} mm", most["x_mm"]), "x_mm"),
         _friction(f"at {most['v_m_s']:g} m/s", "v_m_s", _in_the_twin(most["v_m_s"])),
         _friction(f"after {most['t_s']:g} s", "t_s"),
     ]
@@ -92,8 +93,10 @@ def law_of(fit: Fit) -> Law:
 
 def _friction(where: str, axis: str, acts=None) -> Family:
     def say(rises: bool, power: str) -> str:
-        how = "grows" if rises else "falls"
-        return f"a friction that {how} with {WORDS[axis]} {power}, while sliding"
+        how = tr("grows") if rises else tr("falls")
+        return tr(
+            "a friction that {} with {} {}, while sliding", how, tr(WORDS[axis]), power
+        )
 
     return Family(
         say,
@@ -102,7 +105,8 @@ def _friction(where: str, axis: str, acts=None) -> Family:
         POWERS,
         WORDS[axis],
         acts,
-        f"the twin knows no friction that goes with {WORDS[axis]}" * (acts is None),
+        tr("the twin knows no friction that goes with {}", tr(WORDS[axis]))
+        * (acts is None),
     )
 
 
@@ -115,7 +119,7 @@ def _in_the_twin(top: float):
                 value * raised(speed / top, power)
             ),
             "counterpart": counterpart(
-                "friction is more by", "friction_power", "size", name, top, power
+                tr("friction is more by"), "friction_power", "size", name, top, power
             ),
         }
 

@@ -27,11 +27,16 @@ PRINTED = r"http://\w+\.localhost(:\d+/\?token=\S+)"
 
 
 @contextmanager
-def served(folder: Path, *, named: bool = False) -> Iterator[str]:
+def served(
+    folder: Path,
+    *options: str,
+    named: bool = False,
+    program: tuple[str, ...] = ("-m", "benchtwin"),
+) -> Iterator[str]:
     """The address of the page on `folder`, once it answers. It lets one browser in.
-    named: by the server's own name, as it is printed."""
+    named: by the server's own name, as it is printed; program: what Python runs."""
     server = subprocess.Popen(
-        [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
+        [sys.executable, *program, "page", str(folder), "--no-browser", *options],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -10,7 +10,7 @@ import pytest
 from benchtwin.bench.keys import Keys
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused
-from benchtwin.page.form import form, needed
+from benchtwin.page.form import form
 from benchtwin.page.toml_file import History
 from benchtwin.page.views.keys_form import KeysForm
 
@@ -68,19 +68,6 @@ def test_what_people_type_is_read(key, typed, value):
 def test_words_in_the_place_of_a_number_are_refused():
     with pytest.raises(Refused, match="length_mm: 'long' is not a number"):
         fields("drop")["seed", "length_mm"].read("long")
-
-
-def test_keys_that_measuring_asked_for():
-    assert needed(
-        [
-            "a/recording.toml: [drop] height_mm is missing; without it",
-            "[camera] mm_per_px is needed",
-            "in [brackets] only",
-        ]
-    ) == {
-        ("drop", "height_mm"),
-        ("camera", "mm_per_px"),
-    }
 
 
 @pytest.mark.parametrize("rig", ["heap", 3, ["pile"], None])

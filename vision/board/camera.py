@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchtwin.bench.keys import Camera
+from benchtwin.bench.language import tr
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.board.corners import NoBoard
@@ -54,7 +55,7 @@ def with_board(recording: Recording, picture: np.ndarray) -> Completed:
         return Completed(recording, picture, (str(error),) if expected else ())
     bare = without_sheet(picture, board)
     if board.doubts:
-        note = f"the printed board in the picture tells nothing: {board.doubts[0]}"
+        note = tr("the printed board in the picture tells nothing: {}", board.doubts[0])
         return Completed(recording, bare, (note,), board=board)
     told = {t.key: t for t in told_by(board)}
     against = [
@@ -78,7 +79,7 @@ def told_by(board: BoardView) -> Iterable[Told]:
         name: (value, float(np.hypot(sd, lean)))
         for name, (value, sd) in board.attitude_deg().items()
     }
-    yield Told("mm_per_px", "mm_per_px_sd", *board.mm_per_px(), "mm per px")
+    yield Told("mm_per_px", "mm_per_px_sd", *board.mm_per_px(), tr("mm per px"))
     yield Told("plumb_deg", "plumb_sd_deg", *angles["plumb"], "deg")
     if angles["pitch"][1] < KNOWN_PITCH_DEG:
         yield Told("pitch_deg", "pitch_sd_deg", *angles["pitch"], "deg")
@@ -94,9 +95,13 @@ def _disagreement(told: Told, camera: Camera) -> str:
     apart = abs(stated - told.value) / np.hypot(told.sd, sds[told.sd_key])
     if apart < DISAGREES:
         return ""
-    return (
-        f"[camera] {told.key} = {stated:g} is stated, and the board in the picture says"
-        f" {plus_minus(told.value, told.sd, told.unit)} ({apart:.1f} sds apart)"
+    return tr(
+        "[camera] {} = {:g} is stated, and the board in the picture says"
+        " {} ({:.1f} sds apart)",
+        told.key,
+        stated,
+        plus_minus(told.value, told.sd, told.unit),
+        apart,
     )
 
 
@@ -104,10 +109,15 @@ def _in_words(board: BoardView) -> str:
     angles, (scale, sd) = board.attitude_deg(), board.mm_per_px()
     turned = abs(angles["yaw"][0])
     pitch, pitch_sd = angles["pitch"]
-    down = f"looking down by {pitch:.1f}°, " * (pitch_sd < KNOWN_PITCH_DEG)
-    aside = f"; it is turned by {turned:.0f}°" if turned > TURNED_DEG else ""
-    return (
-        f"a printed board ({board.sheet_name}, {len(board.corners.board_mm)} corners)"
-        f" tells the camera: {plus_minus(scale, sd, 'mm per px')}, {down}gravity"
-        f" {angles['plumb'][0]:+.2f}° from straight down{aside}"
+    down = tr("looking down by {:.1f}°, ", pitch) * (pitch_sd < KNOWN_PITCH_DEG)
+    aside = tr("; it is turned by {:.0f}°", turned) if turned > TURNED_DEG else ""
+    return tr(
+        "a printed board ({}, {} corners) tells the camera: {}, {}gravity"
+        " {:+.2f}° from straight down{}",
+        board.sheet_name,
+        len(board.corners.board_mm),
+        plus_minus(scale, sd, "mm per px"),
+        down,
+        angles["plumb"][0],
+        aside,
     )

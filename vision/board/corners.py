@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.board.sheet import DICTIONARY, SHEETS, Sheet
 from benchtwin.vision.measurement import MeasurementError, require
 
@@ -19,7 +20,7 @@ class NoBoard(MeasurementError):
 
     def __init__(self) -> None:
         super().__init__(
-            "no printed board is in the picture (benchtwin board makes one)"
+            tr("no printed board is in the picture (benchtwin board makes one)")
         )
 
 
@@ -54,8 +55,12 @@ def find_corners(image: np.ndarray) -> Corners:
     about = found.board_mm - found.board_mm.mean(0) if len(found.board_mm) else []
     require(
         len(about) >= FEWEST and np.linalg.matrix_rank(about) >= 2,
-        f"of the board in the picture {len(about)} corners are seen; {FEWEST} in"
-        " two rows tell its place: nearer, sharper or less covered",
+        tr(
+            "of the board in the picture {} corners are seen; {} in two rows"
+            " tell its place: nearer, sharper or less covered",
+            len(about),
+            FEWEST,
+        ),
     )
     return found
 

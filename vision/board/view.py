@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.board.corners import Corners, find_corners
 from benchtwin.vision.motion.least_squares import slopes
@@ -119,12 +120,12 @@ class BoardView:
         value, sd = self.mm_per_px()
         share = f"{100 * sd / value:.0f} %"
         told = (
-            (sd > DOUBTFUL_SD * value, f"it tells the scale only to ± {share}"),
-            (self.bent, "it is bent: glue it to something flat"),
-            (self.corners.mirrored, "the picture is a mirror image"),
+            (sd > DOUBTFUL_SD * value, tr("it tells the scale only to ± {}", share)),
+            (self.bent, tr("it is bent: glue it to something flat")),
+            (self.corners.mirrored, tr("the picture is a mirror image")),
             (
                 self.corners.others,
-                "there are several boards; the one that shows most is read",
+                tr("there are several boards; the one that shows most is read"),
             ),
         )
         return tuple(why for holds, why in told if holds)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES, photo_size, read_small
 from benchtwin.vision.measurement import MeasurementError
 
@@ -75,7 +76,7 @@ def _judged(files: tuple[tuple[str, Path, int, int], ...]) -> Judgement:
     names = [name for name, *_ in files]
     runs = numbered_runs(names)
     if len(runs) != 1 or len(next(iter(runs.values()))) != len(names):
-        return Judgement(PHOTOS, "their names are not those of one series")
+        return Judgement(PHOTOS, tr("their names are not those of one series"))
     paths = {name: path for name, path, *_ in files}
     ordered = [paths[name] for name in next(iter(runs.values()))]
     evidence = [
@@ -103,13 +104,21 @@ def _by_name(stem: str, names: list[str]) -> Evidence:
     step, times = steps.most_common(1)[0]
     from_first = int(digits[0]) <= 1 and len({*map(len, digits)}) == 1 and step == 1
     told = (
-        (times < 0.8 * (len(names) - 1), -1.0, "their numbers have gaps"),
-        (CAMERA_NAME.fullmatch(stem.strip("-_ ")), -0.5, "a camera names photos so"),
-        (from_first, 0.5, "they are numbered from the first on, with leading zeros"),
+        (times < 0.8 * (len(names) - 1), -1.0, tr("their numbers have gaps")),
+        (
+            CAMERA_NAME.fullmatch(stem.strip("-_ ")),
+            -0.5,
+            tr("a camera names photos so"),
+        ),
+        (
+            from_first,
+            0.5,
+            tr("they are numbered from the first on, with leading zeros"),
+        ),
     )
     named = [(weight, words) for holds, weight, words in told if holds]
     phone = Path(names[0]).suffix.lower() not in (".png", ".bmp", ".tif", ".tiff")
-    return [*named[:1], *([] if phone else [(0.5, "phones save no such files")])]
+    return [*named[:1], *([] if phone else [(0.5, tr("phones save no such files"))])]
 
 
 def _by_size(files: list[Path]) -> Evidence:
@@ -118,7 +127,7 @@ def _by_size(files: list[Path]) -> Evidence:
         with suppress(MeasurementError, OSError):
             sizes[photo_size(file)] += 1
     others = sizes.total() - max(sizes.values(), default=0)
-    return [(-5.0, "they differ in size")] if others > 0.05 * sizes.total() else []
+    return [(-5.0, tr("they differ in size"))] if others > 0.05 * sizes.total() else []
 
 
 def _by_camera(files: list[Path]) -> Evidence:
@@ -129,16 +138,16 @@ def _by_camera(files: list[Path]) -> Evidence:
     times = [t for tag in tags if (t := _taken(tag)) is not None]
     steps = [(b - a).total_seconds() for a, b in itertools.pairwise(times)]
     gap = float(np.median(np.abs(steps))) if len(times) > 0.8 * len(files) else 0.0
-    words = f"they were taken {gap:.3g} s apart"
+    words = tr("they were taken {:.3g} s apart", gap)
     told = (
         (gap >= 1 and np.std(steps) < 0.1 * gap, 0.0, f"{words}, evenly"),
         (gap >= 1, -2.0, words),
-        (steps, 1.0, "they were taken within a second of one another"),
-        (any(MODEL in tag for tag in tags), -0.5, "they name the camera"),
+        (steps, 1.0, tr("they were taken within a second of one another")),
+        (any(MODEL in tag for tag in tags), -0.5, tr("they name the camera")),
     )
     found = [(weight, words) for holds, weight, words in told if holds][:1]
     differ = len({tag.get(EXPOSURE) for tag in tags}) > len(tags) / 4
-    return found + [(-0.5, "they were exposed for different times")] * differ
+    return found + [(-0.5, tr("they were exposed for different times"))] * differ
 
 
 def _tags(file: Path) -> dict:
@@ -172,20 +181,20 @@ def _by_content(files: list[Path]) -> Evidence:
     apart = [(i, j) for i in rows for j in rows if abs(i - j) > 1]
     changes = [_changed(seen[i][0], seen[j][1]) for i, j in apart]
     far = float(np.median(changes or [math.nan]))
-    share = f"{100 * near:.2g} % of the picture"
+    share = tr("{:.2g} % of the picture", 100 * near)
     told = (
-        (near < LITTLE, 2.0, f"from one to the next only {share} changes"),
+        (near < LITTLE, 2.0, tr("from one to the next only {} changes", share)),
         (
             near < ALIKE * far,
             1.5,
-            "those that follow one another are more alike than others",
+            tr("those that follow one another are more alike than others"),
         ),
         (
             near > MUCH and near > UNLIKE * far,
             -1.5,
-            f"from one to the next {share} changes, as between any two",
+            tr("from one to the next {} changes, as between any two", share),
         ),
-        (True, 0.0, f"from one to the next {share} changes"),
+        (True, 0.0, tr("from one to the next {} changes", share)),
     )
     return [next((weight, words) for holds, weight, words in told if holds)]
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.photo import MAX_PIXELS, read_photo
 from benchtwin.vision.evidence.sound import open_media
 from benchtwin.vision.measurement import MeasurementError, require
@@ -105,7 +106,9 @@ def open_frames(recording: Recording) -> FrameSource:
         return FrameFolder(recording.files, recording.camera.fps)
     if recording.evidence == "video":
         return Video(recording.files[0], recording.camera.fps)
-    raise MeasurementError(f"{recording.path}: holds {recording.evidence}, not frames")
+    raise MeasurementError(
+        tr("{}: holds {}, not frames", recording.path, recording.evidence)
+    )
 
 
 class FrameFolder(FrameSource):
@@ -118,7 +121,7 @@ class FrameFolder(FrameSource):
             digits = re.findall(r"\d+", file.stem)
             require(
                 digits,
-                f"{file}: a frame's file name must end in its number (000123.png)",
+                tr("{}: a frame's file name must end in its number (000123.png)", file),
             )
             numbered.append((int(digits[-1]), file))
         numbered.sort()
@@ -127,13 +130,17 @@ class FrameFolder(FrameSource):
         numbers = np.array([n for n, _ in numbered])
         if (repeated := numbers[1:][np.diff(numbers) == 0]).size:
             raise MeasurementError(
-                f"{self.path}: two frames numbered {repeated[0]}; keep one"
+                tr("{}: two frames numbered {}; keep one", self.path, repeated[0])
             )
         if (gaps := np.flatnonzero(np.diff(numbers) > 1)).size:
             lost = int((np.diff(numbers)[gaps] - 1).sum())
             self.note(
-                f"{lost} frame number{'s' if lost > 1 else ''} missing, first after"
-                f" {numbers[gaps[0]]}"
+                tr(
+                    "{} frame number{} missing, first after {}",
+                    lost,
+                    "s" if lost > 1 else "",
+                    numbers[gaps[0]],
+                )
             )
 
     @property
@@ -155,7 +162,11 @@ class FrameFolder(FrameSource):
                 pixels = read_photo(file)
             except MeasurementError as error:
                 self.note(
-                    f"frame {number} skipped: {str(error).removeprefix(f'{file}: ')}"
+                    tr(
+                        "frame {} skipped: {}",
+                        number,
+                        str(error).removeprefix(f"{file}: "),
+                    )
                 )
                 continue
             shape = shape or pixels.shape
@@ -163,7 +174,11 @@ class FrameFolder(FrameSource):
                 colour = " (colour)" if pixels.ndim == 3 else ""
                 size = f"{pixels.shape[1]} × {pixels.shape[0]}{colour}"
                 self.note(
-                    f"frame {number} skipped: its size {size} is not that of the others"
+                    tr(
+                        "frame {} skipped: its size {} is not that of the others",
+                        number,
+                        size,
+                    )
                 )
                 continue
             yield Frame(number, self._time(number), pixels)
@@ -176,7 +191,7 @@ class FrameFolder(FrameSource):
         for number, file in (inside[i] for i in np.unique(wanted)):
             with contextlib.suppress(MeasurementError):  # iterate() notes it
                 frames.append(Frame(number, self._time(number), read_photo(file)))
-        require(frames, f"{self.path}: none of the frames can be read")
+        require(frames, tr("{}: none of the frames can be read", self.path))
         return frames
 
     def _time(self, number: int) -> float:
@@ -189,14 +204,18 @@ class Video(FrameSource):
     numbered, too."""
 
     def __init__(self, file: Path, fps: float | None):
-        require(file.stat().st_size != 0, f"{file}: the file is empty (0 bytes)")
+        require(file.stat().st_size != 0, tr("{}: the file is empty (0 bytes)", file))
         with _opened(file) as container:
             stream = container.streams.video[0]
             if stream.width * stream.height > MAX_PIXELS:
-                size = f"{stream.width} × {stream.height} pixels a frame"
+                size = tr("{} × {} pixels a frame", stream.width, stream.height)
                 raise MeasurementError(
-                    f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels;"
-                    " scale it down"
+                    tr(
+                        "{}: {} is more than {:.0f} megapixels; scale it down",
+                        file,
+                        size,
+                        MAX_PIXELS / 1000000.0,
+                    )
                 )
             duration = float((stream.duration or 0) * (stream.time_base or 0))
             self._file_fps = float(stream.average_rate or 0) or None
@@ -219,8 +238,13 @@ class Video(FrameSource):
         if lost := int((apart - 1).sum()):
             first = int(np.argmax(apart > 1))
             self.note(
-                f"by its time stamps the film lacks {lost} frames, the first after"
-                f" frame {first}: the others are taken to be as far apart as these say"
+                tr(
+                    "by its time stamps the film lacks {} frames, the first"
+                    " after frame {}: the others are taken to be as far apart"
+                    " as these say",
+                    lost,
+                    first,
+                )
             )
         return np.concatenate([[0], np.cumsum(apart)])
 
@@ -262,8 +286,11 @@ class Video(FrameSource):
                     break
                 except av.error.FFmpegError as error:
                     self.note(
-                        f"the video is damaged after frame {index - 1}"
-                        f" ({error.strerror})"
+                        tr(
+                            "the video is damaged after frame {} ({})",
+                            index - 1,
+                            error.strerror,
+                        )
                     )
                     break
                 clock = index / (self._file_fps or np.nan)
@@ -272,15 +299,24 @@ class Video(FrameSource):
                 time = self._time(index) if self._stated_fps else stamp - start
                 if time <= last:
                     self.note(
-                        f"frame {index} skipped: its time stamp {stamp:.4f} s does not"
-                        " increase"
+                        tr(
+                            "frame {} skipped: its time stamp {:.4f} s does"
+                            " not increase",
+                            index,
+                            stamp,
+                        )
                     )
                 elif (frame.width, frame.height) != (
                     size := size or (frame.width, frame.height)
                 ):
                     self.note(
-                        f"frame {index} skipped: its size {frame.width} ×"
-                        f" {frame.height} is not that of the others"
+                        tr(
+                            "frame {} skipped: its size {} × {} is not that of"
+                            " the others",
+                            index,
+                            frame.width,
+                            frame.height,
+                        )
                     )
                 elif index >= first and (index - first) % every == 0:
                     self._grey = _is_grey(frame) if self._grey is None else self._grey
@@ -292,16 +328,18 @@ class Video(FrameSource):
                 index += 1
                 if index == stop:
                     return
-        require(index != 0, f"{self.path}: the video holds no frame that can be read")
+        require(
+            index != 0, tr("{}: the video holds no frame that can be read", self.path)
+        )
         if self.count and index < self.count:
-            self.note(f"the video stops early: {index} of {self.count} frames")
+            self.note(tr("the video stops early: {} of {} frames", index, self.count))
 
 
 def _opened(file: Path):
     container = open_media(file, "a video")
     if not container.streams.video:
         container.close()
-        raise MeasurementError(f"{file}: holds no picture stream")
+        raise MeasurementError(tr("{}: holds no picture stream", file))
     return container
 
 

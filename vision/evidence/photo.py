@@ -15,6 +15,7 @@ from PIL.ImageFile import ImageFile
 from PIL.PngImagePlugin import PngImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import MeasurementError, require
 
 PHOTO_SUFFIXES = (
@@ -80,16 +81,19 @@ def read_small(path: Path, largest: int) -> Image.Image:
 @contextlib.contextmanager
 def _errors_in_words(path: Path) -> Iterator[None]:
     """Whatever a decoder raises becomes a MeasurementError that names the file."""
-    require(path.is_file(), f"{path}: no such file")
-    require(path.stat().st_size != 0, f"{path}: the file is empty (0 bytes)")
+    require(path.is_file(), tr("{}: no such file", path))
+    require(path.stat().st_size != 0, tr("{}: the file is empty (0 bytes)", path))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what matters is raised
             yield
     except Image.DecompressionBombError as error:
         raise MeasurementError(
-            f"{path}: the picture is larger than {MAX_PIXELS / 1e6:.0f} megapixels;"
-            " scale it down"
+            tr(
+                "{}: the picture is larger than {:.0f} megapixels; scale it down",
+                path,
+                MAX_PIXELS / 1000000.0,
+            )
         ) from error
     except (
         MeasurementError,
@@ -102,15 +106,20 @@ def _errors_in_words(path: Path) -> Iterator[None]:
         # some say it over several lines
         why = " ".join(str(error).split()).replace(" )", ")")
         raise MeasurementError(
-            f"{path}: the picture is damaged or cut short ({why})"
+            tr("{}: the picture is damaged or cut short ({})", path, why)
         ) from error
 
 
 def _check_size(path: Path, file: Image.Image) -> None:
     require(
         file.width * file.height <= MAX_PIXELS,
-        f"{path}: {file.width} × {file.height} pixels is more than"
-        f" {MAX_PIXELS / 1e6:.0f} megapixels; scale it down",
+        tr(
+            "{}: {} × {} pixels is more than {:.0f} megapixels; scale it down",
+            path,
+            file.width,
+            file.height,
+            MAX_PIXELS / 1000000.0,
+        ),
     )
 
 
@@ -127,8 +136,11 @@ def _decode(path: Path) -> np.ndarray:
             return np.asarray(image).astype(np.uint16)
         require(
             image.mode != "F",
-            f"{path}: floating-point pixels; save the picture with 8 or 16 bits a"
-            " channel",
+            tr(
+                "{}: floating-point pixels; save the picture with 8 or 16 bits"
+                " a channel",
+                path,
+            ),
         )
         if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
             image = _on_white(image)
@@ -177,7 +189,11 @@ def _decode_deep(path: Path) -> np.ndarray:
         image = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2RGB)
     require(
         image.dtype in (np.uint8, np.uint16),
-        f"{path}: {image.dtype} pixels; save the picture with 8 or 16 bits a channel",
+        tr(
+            "{}: {} pixels; save the picture with 8 or 16 bits a channel",
+            path,
+            image.dtype,
+        ),
     )
     return image
 
@@ -190,6 +206,10 @@ def _is_tiff(path: Path) -> bool:
 def _not_a_picture(path: Path) -> NoReturn:
     known = ", ".join(s[1:] for s in PHOTO_SUFFIXES)
     raise MeasurementError(
-        f"{path}: not a picture that can be read; its header is damaged or of another"
-        f" kind than {known}"
+        tr(
+            "{}: not a picture that can be read; its header is damaged or of"
+            " another kind than {}",
+            path,
+            known,
+        )
     )

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from benchtwin.bench.keys import COMPLETE, Keys, Section
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import MeasurementError, require
 
 MOST_BYTES = 30_000  # all keys with comments fill 5,000
@@ -29,23 +30,28 @@ def read_toml(path: Path) -> dict:
     the field, for anything else."""
     if (size := path.stat().st_size) > MOST_BYTES:
         raise MeasurementError(
-            f"{path}: {size:,} bytes; a file of keys has {MOST_BYTES:,} at most"
+            tr(
+                "{}: {:,} bytes; a file of keys has {:,} at most",
+                path,
+                size,
+                MOST_BYTES,
+            )
         )
     try:
         text = path.read_text(encoding="utf-8-sig")
         content = tomllib.loads(text)
     except RecursionError as error:
         raise MeasurementError(
-            f"{path}: not valid TOML: brackets within brackets, too deep"
+            tr("{}: not valid TOML: brackets within brackets, too deep", path)
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise MeasurementError(_invalid(path, text, error)) from error
     except UnicodeDecodeError as error:
         raise MeasurementError(
-            f"{path}: not UTF-8 text (byte {error.start})"
+            tr("{}: not UTF-8 text (byte {})", path, error.start)
         ) from error
     except ValueError as error:  # a number of thousands of digits is one, too
-        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
+        raise MeasurementError(tr("{}: not valid TOML: {}", path, error)) from error
     validate(content, path)  # here, so that the error names this file
     found = {
         name: (path.parent / file).resolve()
@@ -54,20 +60,28 @@ def read_toml(path: Path) -> dict:
     }
     if "lot" in found and not (found["lot"] / LOT_TABLE).is_file():
         raise MeasurementError(
-            f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape"
-            " wrote"
+            tr(
+                "{}: [seed] lot: {} is no folder that benchtwin shape wrote",
+                path,
+                found["lot"],
+            )
         )
     bench = path.parent.parent if path.name == RECORDING else path.parent
     if "shape" in found and not found["shape"].is_relative_to(bench.resolve()):
         raise MeasurementError(
-            f"{path}: [seed] shape = {content['seed']['shape']!r}: lies outside the"
-            f" bench's folder {bench}; copy the mesh into it"
+            tr(
+                "{}: [seed] shape = {!r}: lies outside the bench's folder {};"
+                " copy the mesh into it",
+                path,
+                content["seed"]["shape"],
+                bench,
+            )
         )
     if "shape" in found and not found["shape"].is_file():
         raise MeasurementError(
-            f"{path}: [seed] shape: there is no file {found['shape']}"
+            tr("{}: [seed] shape: there is no file {}", path, found["shape"])
         )
-    require(len(found) != 2, f"{path}: [seed] lot and shape: give one of them")
+    require(len(found) != 2, tr("{}: [seed] lot and shape: give one of them", path))
     if found:
         content = content | {
             "seed": content["seed"] | {name: str(file) for name, file in found.items()}
@@ -82,7 +96,8 @@ def _with_photos(content: dict, path: Path) -> dict:
         if isinstance(section, dict) and "plate_photo" in section:
             file = (path.parent / section["plate_photo"]).resolve()
             require(
-                file.is_file(), f"{path}: [{name}] plate_photo: there is no file {file}"
+                file.is_file(),
+                tr("{}: [{}] plate_photo: there is no file {}", path, name, file),
             )
             found[name] = section | {"plate_photo": str(file)}
     return content | found
@@ -92,15 +107,18 @@ def _invalid(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
     """Why a file is no TOML: the line, and what a line should be like."""
     place = re.search(r"\(at line (\d+)", str(error))
     line = text.splitlines()[int(place[1]) - 1 if place else -1].strip()
-    said = f"{path}: not valid TOML: {error}"
+    said = tr("{}: not valid TOML: {}", path, error)
     if line.startswith("["):
-        return f"{said}: {reprlib.repr(line)}; each section stands once in a file"
+        return tr(
+            "{}: {}; each section stands once in a file", said, reprlib.repr(line)
+        )
     if re.fullmatch(r"[\w-]+ *=\s*(#.*)?", line):
         key = line.partition("=")[0].strip()
-        return f"{said}: {key} has no value; a # before a line leaves it out"
-    return (
-        f"{said}: {reprlib.repr(line)}; a number has a point and no unit, a word stands"
-        " in quotation marks"
+        return tr("{}: {} has no value; a # before a line leaves it out", said, key)
+    return tr(
+        "{}: {}; a number has a point and no unit, a word stands in quotation marks",
+        said,
+        reprlib.repr(line),
     )
 
 
@@ -127,7 +145,7 @@ def validate(content: dict, path: Path) -> Keys:
 def _sections_with(key: str) -> list[str]:
     """The places where a key is known, in words."""
     if key in Keys.model_fields:
-        return ["at the top of the file, above the sections"]
+        return [tr("at the top of the file, above the sections")]
     sections = ((n, f.annotation) for n, f in Keys.model_fields.items())
     return [
         f"under [{name}]"
@@ -149,12 +167,12 @@ def _explain(error: ErrorDetails, path: Path) -> str:
             known = list(owner.model_fields)
             near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
             if owners := _sections_with(key):
-                hint = f"it belongs {' or '.join(owners)}"
+                hint = tr("it belongs {}", tr(" or ").join(owners))
             elif near:
-                hint = f"did you mean {near[0]}?"
+                hint = tr("did you mean {}?", near[0])
             else:
-                hint = f"known are {', '.join(known)}"
-            return f"{path}: unknown key {place}; {hint}"
+                hint = tr("known are {}", ", ".join(known))
+            return tr("{}: unknown key {}; {}", path, place, hint)
     given = error.get("input")
     unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)
     if (
@@ -164,9 +182,15 @@ def _explain(error: ErrorDetails, path: Path) -> str:
         and abs(given) < LARGEST
     ):
         times, other, meant = unit
-        return (
-            f"{path}: {place} = {given} means {times * given:g} {other}:"
-            f" {error['msg'].lower()}; is it in {meant}?"
+        return tr(
+            "{}: {} = {} means {:g} {}: {}; is it in {}?",
+            path,
+            place,
+            given,
+            times * given,
+            other,
+            error["msg"].lower(),
+            meant,
         )
     message = (
         error["msg"]

@@ -9,6 +9,7 @@ import pandas as pd
 from pydantic import ValidationError
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
@@ -82,8 +83,13 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     rig = recording.rig or READING_COLUMNS[columns[0]][0]
     if other := [c for c in columns if READING_COLUMNS[c][0] != rig]:
         raise MeasurementError(
-            f"{recording.files[0]}: {other[0]} belongs to a"
-            f" {READING_COLUMNS[other[0]][0]}, the rig is {rig}"
+            tr(
+                "{}: {} belongs to a {}, the rig is {}",
+                recording.files[0],
+                other[0],
+                READING_COLUMNS[other[0]][0],
+                rig,
+            )
         )
     parts = [
         _part(each, rig, rows, columns, trim)
@@ -95,7 +101,7 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     if len(parts) == 1:
         read = [READING_COLUMNS[c][1] for c in columns]
         alone = {name for name in read if (readings["n"] == 1).all()}
-        single = "a single reading: no standard deviation" if alone else ""
+        single = tr("a single reading: no standard deviation") if alone else ""
         quantities = tuple(q.doubt(single) for q in parts[0].quantities)
         return replace(parts[0], quantities=quantities, notes=(*table.notes, *notes))
     told = {READING_COLUMNS[c][1] for c in columns}
@@ -103,8 +109,8 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         tuple(q for q in part.quantities if q.name not in told) for part in parts
     )
     found = mean_over_repeats([each for each in repeats if each])
-    several = (
-        f"{len(parts)} different {', '.join(RIGS[rig].by_row)}: no mean of readings"
+    several = tr(
+        "{} different {}: no mean of readings", len(parts), ", ".join(RIGS[rig].by_row)
     )
     return Observation(
         recording.id,
@@ -143,11 +149,20 @@ def _part(
         table.append(
             (recording.id, name, *stated.values(), *statistics, unit, left_out)
         )
-        trimmed = "; one highest and one lowest left out" if left_out else ""
+        trimmed = tr("; one highest and one lowest left out") if left_out else ""
         if s.n > 1:
             notes.append(
-                f"{name}: n = {s.n}, sd {s.sd:.3g} {unit}, range {s.low:g}–{s.high:g}"
-                f" {unit}{trimmed}"
+                tr(
+                    "{}: n = {}, sd {:.3g} {}, range {:g}–{:g} {}{}",
+                    name,
+                    s.n,
+                    s.sd,
+                    unit,
+                    s.low,
+                    s.high,
+                    unit,
+                    trimmed,
+                )
             )
     heading = ["recording", "quantity", *stated, *STATISTICS]
     readings = pd.DataFrame(table, columns=heading)
@@ -161,7 +176,7 @@ def _in_radians(values: np.ndarray, unit: str) -> str:
     if unit != "deg" or values.max() > np.pi / 2:
         return ""
     degrees = np.degrees(values.mean())
-    return f"all readings lie below 1.6°: are they radians ({degrees:.3g}°)?"
+    return tr("all readings lie below 1.6°: are they radians ({:.3g}°)?", degrees)
 
 
 def _far_off(values: np.ndarray) -> str:
@@ -169,7 +184,7 @@ def _far_off(values: np.ndarray) -> str:
     off = np.abs(values - np.median(values))
     typical = robust_sd(off)
     if values.size >= 4 and typical > 0 and off.max() > 8 * typical:
-        return f"the reading {values[off.argmax()]:g} lies far from the others"
+        return tr("the reading {:g} lies far from the others", values[off.argmax()])
     return ""
 
 
@@ -221,10 +236,11 @@ def falls_in_turn(values: np.ndarray) -> str:
     falls = len(values) >= LEAST_IN_TURN and (np.diff(values) < 0).all()
     if not falls or values[0] < LEAST_FACTOR * values[-1]:
         return ""
-    return (
-        f"each reading is lower than the one before, from {values[0]:g} to"
-        f" {values[-1]:g}: no repeats of one thing? Successive bounces need a column"
-        " bounce"
+    return tr(
+        "each reading is lower than the one before, from {:g} to {:g}: no"
+        " repeats of one thing? Successive bounces need a column bounce",
+        values[0],
+        values[-1],
     )
 
 
@@ -237,7 +253,9 @@ def _stating(
         told = type(section)(**section.model_dump(exclude_none=True) | known)
     except ValidationError as error:
         wrong = error.errors()[0]
-        message = f"{recording.files[0]}: {wrong['loc'][0]} = {wrong['input']} in row"
+        message = tr(
+            "{}: {} = {} in row", recording.files[0], wrong["loc"][0], wrong["input"]
+        )
         raise MeasurementError(
             f"{message} {rows.index[0] + 2}: {wrong['msg']}"
         ) from error

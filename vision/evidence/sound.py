@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import MeasurementError, require
 
 SOUND_SUFFIXES = (".wav", ".m4a", ".mp3", ".ogg", ".flac", ".aac", ".opus")
@@ -72,39 +73,51 @@ def read_sound(file: Path) -> Sound:
     """The sound of a film or a sound file; MeasurementError where there is none, only
     silence, or nothing that can be decoded. Several channels are averaged; where time
     stamps leave a gap it is filled with silence and noted."""
-    require(file.stat().st_size != 0, f"{file}: the file is empty (0 bytes)")
+    require(file.stat().st_size != 0, tr("{}: the file is empty (0 bytes)", file))
     notes: list[str] = []
     with open_media(file) as container:
-        require(container.streams.audio, f"{file}: holds no sound track")
+        require(container.streams.audio, tr("{}: holds no sound track", file))
         if container.streams.audio[0].codec_context is None:
             raise MeasurementError(
-                f"{file}: its sound has a codec that cannot be decoded (no decoder);"
-                " save it as .wav"
+                tr(
+                    "{}: its sound has a codec that cannot be decoded (no"
+                    " decoder); save it as .wav",
+                    file,
+                )
             )
         film = _picture_stream(container)
         rate = float(container.streams.audio[0].rate or 0)
         if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
             low, high = RATES_HZ
             raise MeasurementError(
-                f"{file}: {rate:g} samples a second; sound should have {low:,} to"
-                f" {high:,}"
+                tr(
+                    "{}: {:g} samples a second; sound should have {:,} to {:,}",
+                    file,
+                    rate,
+                    low,
+                    high,
+                )
             )
         codec = container.streams.audio[0].codec_context.name
         blocks = _fill_gaps(_blocks(file, container, rate, notes), rate, notes)
         first = next(blocks, None)
         if first is None:
             raise MeasurementError(
-                f"{file}: its sound track holds nothing that can be read"
+                tr("{}: its sound track holds nothing that can be read", file)
             )
         samples = np.concatenate([first[1], *(block for _, block in blocks)])
     require(
         len(samples) >= LEAST_S * rate,
-        f"{file}: {len(samples) / rate:.2g} s of sound; a drop needs {LEAST_S:g} s"
-        " at least",
+        tr(
+            "{}: {:.2g} s of sound; a drop needs {:g} s at least",
+            file,
+            len(samples) / rate,
+            LEAST_S,
+        ),
     )
     require(
         np.abs(samples).max() > SILENT,
-        f"{file}: its sound is silent from beginning to end",
+        tr("{}: its sound is silent from beginning to end", file),
     )
     start = first[0] - _first_picture(file) if film else 0.0
     lossy = not codec.startswith("pcm") and codec not in LOSSLESS
@@ -128,21 +141,31 @@ def _blocks(
             return
         except (av.error.FFmpegError, ValueError) as error:
             notes.append(
-                f"{file.name}: the sound is damaged after {count / rate:.3g} s"
-                f" ({getattr(error, 'strerror', error)})"
+                tr(
+                    "{}: the sound is damaged after {:.3g} s ({})",
+                    file.name,
+                    count / rate,
+                    getattr(error, "strerror", error),
+                )
             )
             return
         if not parts:
             notes.append(
-                f"{file.name}: the sound changes its rate after {count / rate:.3g} s"
-                " and is left out from there"
+                tr(
+                    "{}: the sound changes its rate after {:.3g} s and is left"
+                    " out from there",
+                    file.name,
+                    count / rate,
+                )
             )
             return
         planes = np.concatenate([part.to_ndarray() for part in parts], axis=1)
         block = np.nan_to_num(planes.mean(axis=0)).clip(-8, 8)
         count += len(block)
         yield frame.time, block
-    notes.append(f"{file.name}: only the first {LONGEST_S:g} s of its sound are used")
+    notes.append(
+        tr("{}: only the first {:g} s of its sound are used", file.name, LONGEST_S)
+    )
 
 
 def _fill_gaps(
@@ -158,7 +181,11 @@ def _fill_gaps(
                 at = stamp
             elif GAP_S < missing < LONGEST_S:
                 notes.append(
-                    f"{missing * 1000:.0f} ms of sound are missing at {due:.3f} s"
+                    tr(
+                        "{:.0f} ms of sound are missing at {:.3f} s",
+                        missing * 1000,
+                        due,
+                    )
                 )
                 block = np.pad(block, (round(missing * rate), 0))
         due = at + len(block) / rate
@@ -194,5 +221,10 @@ def open_media(file: Path, kind: str = "a sound or film") -> Any:
         return av.open(str(file), metadata_errors="replace")
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise MeasurementError(
-            f"{file}: not {kind} that can be read ({getattr(error, 'strerror', error)})"
+            tr(
+                "{}: not {} that can be read ({})",
+                file,
+                kind,
+                getattr(error, "strerror", error),
+            )
         ) from error

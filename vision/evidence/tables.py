@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.vision.measurement import MeasurementError, require
 
@@ -77,17 +78,22 @@ def read_track_csv(path: Path) -> Table:
     if (back := np.diff(rows[clock]) < 0).any():
         first = rows.index[np.argmax(back) + 1] + 2
         notes.append(
-            f"{path.name}: {clock} runs backwards at row {first}; the rows were put in"
-            " order"
+            tr(
+                "{}: {} runs backwards at row {}; the rows were put in order",
+                path.name,
+                clock,
+                first,
+            )
         )
         rows = rows.sort_values(clock, kind="stable")
     steps = np.diff(rows[clock])
     same = np.append(
         False, steps <= (SAME_TIME * np.median(steps) if steps.size else 0)
     )
-    _require_each(path, rows, clock, ~same, "; keep one", "two rows for ")
+    _require_each(path, rows, clock, ~same, tr("; keep one"), tr("two rows for "))
     require(
-        len(rows) >= 3, f"{path}: {len(rows)} usable rows; a track needs at least 3"
+        len(rows) >= 3,
+        tr("{}: {} usable rows; a track needs at least 3", path, len(rows)),
     )
     return Table(rows.reset_index(drop=True), tuple(notes))
 
@@ -106,18 +112,23 @@ def read_gates(path: Path, rig: str) -> Table:
     rows = rows.sort_values("t_s", kind="stable")
     place = rows[where].to_numpy()
     first = np.append(True, np.diff(rows["t_s"]) > 0)
-    _require_each(path, rows, "t_s", first, "; keep one", "two gates at ")
+    _require_each(path, rows, "t_s", first, tr("; keep one"), tr("two gates at "))
     require(
         len(rows) >= LEAST_GATES,
-        f"{path}: {len(rows)} passages; a {rig} past light gates needs at least"
-        f" {LEAST_GATES}",
+        tr(
+            "{}: {} passages; a {} past light gates needs at least {}",
+            path,
+            len(rows),
+            rig,
+            LEAST_GATES,
+        ),
     )
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
     if rig == "drop":  # it passes some gates twice
         wrong = (np.diff(place) > 0) & (
             np.arange(1, len(place)) <= int(np.argmin(place))
         )
-    order = " is out of its order; a seed passes the gates one after the other"
+    order = tr(" is out of its order; a seed passes the gates one after the other")
     _require_each(path, rows, where, np.append(True, ~wrong), order)
     _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
@@ -131,8 +142,11 @@ def read_impacts_csv(path: Path) -> Table:
     rows, notes = _drop_incomplete(path, rows, ["t_s"])
     _check_sds(path, rows)
     later = np.append(True, np.diff(rows["t_s"]) > 0)
-    _require_each(path, rows, "t_s", later, " does not increase")
-    require(len(rows) >= 2, f"{path}: {len(rows)} impact times; an interval needs two")
+    _require_each(path, rows, "t_s", later, tr(" does not increase"))
+    require(
+        len(rows) >= 2,
+        tr("{}: {} impact times; an interval needs two", path, len(rows)),
+    )
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
@@ -144,8 +158,12 @@ def read_readings(path: Path) -> Table:
     columns = [c for c in rows.columns if c in READING_COLUMNS]
     require(
         columns,
-        f"{path}: no column of readings; expected one of"
-        f" {', '.join(READING_COLUMNS)}, found {', '.join(rows.columns)}",
+        tr(
+            "{}: no column of readings; expected one of {}, found {}",
+            path,
+            ", ".join(READING_COLUMNS),
+            ", ".join(rows.columns),
+        ),
     )
     rigs = [RIGS[READING_COLUMNS[c][0]] for c in columns]
     own = {c for rig in rigs for c in (*rig.by_row, *rig.in_turn) if c in rows}
@@ -157,17 +175,27 @@ def read_readings(path: Path) -> Table:
         missing = rows.index[rows[column].isna()]
         if len(missing):
             notes.append(
-                f"{path.name}: {column} is empty in row"
-                f" {', '.join(str(i + 2) for i in missing)}; left out"
+                tr(
+                    "{}: {} is empty in row {}; left out",
+                    path.name,
+                    column,
+                    ", ".join(str(i + 2) for i in missing),
+                )
             )
         low, high = _READING_RANGE[READING_COLUMNS[column][2]]
         right = ~((rows[column] <= low) | (rows[column] >= high))
         if column in RIGS[READING_COLUMNS[column][0]].zeros:
             right |= rows[column] == 0
         _require_each(
-            path, rows, column, right, f"; it should lie between {low:g} and {high:g}"
+            path,
+            rows,
+            column,
+            right,
+            tr("; it should lie between {:g} and {:g}", low, high),
         )
-        require(rows[column].notna().sum() != 0, f"{path}: {column} holds no numbers")
+        require(
+            rows[column].notna().sum() != 0, tr("{}: {} holds no numbers", path, column)
+        )
     return Table(rows, tuple(notes))
 
 
@@ -185,11 +213,16 @@ def read_numbers(
     _to_numbers(path, rows, rows.columns)
     for column in rows:
         low, high = ranges[column]
-        limits = f"it should lie between {low:g} and {high:g}"
+        limits = tr("it should lie between {:g} and {:g}", low, high)
         if len(empty := rows.index[rows[column].isna()]):
             raise MeasurementError(
-                f"{path}: {column} is empty or not finite in row {empty[0] + 2};"
-                f" {limits}"
+                tr(
+                    "{}: {} is empty or not finite in row {}; {}",
+                    path,
+                    column,
+                    empty[0] + 2,
+                    limits,
+                )
             )
         _require_each(
             path, rows, column, rows[column].between(low, high), f"; {limits}"
@@ -199,10 +232,15 @@ def read_numbers(
 
 def _read_csv(path: Path) -> pd.DataFrame:
     size = path.stat().st_size
-    require(size != 0, f"{path}: the file is empty (0 bytes)")
+    require(size != 0, tr("{}: the file is empty (0 bytes)", path))
     require(
         size <= MOST_BYTES,
-        f"{path}: {size / 1e6:.0f} MB; a table has {MOST_BYTES / 1e6:.0f} MB at most",
+        tr(
+            "{}: {:.0f} MB; a table has {:.0f} MB at most",
+            path,
+            size / 1000000.0,
+            MOST_BYTES / 1000000.0,
+        ),
     )
     with path.open("rb") as file:
         require(
@@ -210,8 +248,11 @@ def _read_csv(path: Path) -> pd.DataFrame:
                 len(line) > LONGEST_LINE
                 for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")
             ),
-            f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,}"
-            " characters)",
+            tr(
+                "{}: not a CSV table (a line of more than {:,} characters)",
+                path,
+                LONGEST_LINE,
+            ),
         )
     column, decimal = _separators_of(path)
     try:
@@ -226,7 +267,7 @@ def _read_csv(path: Path) -> pd.DataFrame:
                 index_col=False,
             )
     except pd.errors.ParserWarning as error:
-        message = (
+        message = tr(
             "its rows hold more fields than its heading names; commas separate columns,"
             " numbers have points"
         )
@@ -236,12 +277,12 @@ def _read_csv(path: Path) -> pd.DataFrame:
         OverflowError,
     ) as error:  # pandas' own errors and wrong characters among them
         raise MeasurementError(
-            f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})"
+            tr("{}: not a CSV table ({})", path, (str(error).splitlines() or [""])[0])
         ) from error
     rows.columns = [str(c).strip() for c in rows.columns]
     if twice := [c for c in rows if f"{c}.1" in rows]:  # pandas' name for the second
-        raise MeasurementError(f"{path}: column {twice[0]} comes twice")
-    require(not rows.empty, f"{path}: a heading but no rows")
+        raise MeasurementError(tr("{}: column {} comes twice", path, twice[0]))
+    require(not rows.empty, tr("{}: a heading but no rows", path))
     return rows
 
 
@@ -271,8 +312,12 @@ def _separators_of(path: Path) -> tuple[str, str]:
     column, decimal = separators(lines[0], lines[1:]) if lines else (",", ".")
     require(
         decimal,
-        f"{path}: its columns are separated by {column!r}, its numbers written in"
-        " two ways; save it with commas, and points in its numbers",
+        tr(
+            "{}: its columns are separated by {!r}, its numbers written in two"
+            " ways; save it with commas, and points in its numbers",
+            path,
+            column,
+        ),
     )
     return ";" if column == " " else column, decimal  # " ": a single column
 
@@ -283,15 +328,22 @@ def _require_each(
     """MeasurementError for the first row that is not right, with its value and line."""
     if not (right := np.asarray(is_right)).all():
         at = int(np.argmin(right))
-        value = f"{column} = {rows[column].iloc[at]:g} in row {rows.index[at] + 2}"
+        value = tr(
+            "{} = {:g} in row {}", column, rows[column].iloc[at], rows.index[at] + 2
+        )
         raise MeasurementError(f"{path}: {before}{value}{after}")
 
 
 def _check_present(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
     if absent := [c for c in needed if c not in rows]:
         raise MeasurementError(
-            f"{path}: column {', '.join(absent)} is missing; expected"
-            f" {', '.join(needed)}, found {', '.join(rows.columns)}"
+            tr(
+                "{}: column {} is missing; expected {}, found {}",
+                path,
+                ", ".join(absent),
+                ", ".join(needed),
+                ", ".join(rows.columns),
+            )
         )
 
 
@@ -304,16 +356,22 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
     ]:
         known = (*needed, *extra)
         near = difflib.get_close_matches(unknown[0], known, n=1, cutoff=0.6)
-        hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-        raise MeasurementError(f"{path}: unknown column {unknown[0]}; {hint}")
+        hint = (
+            tr("did you mean {}?", near[0])
+            if near
+            else tr("known are {}", ", ".join(known))
+        )
+        raise MeasurementError(tr("{}: unknown column {}; {}", path, unknown[0], hint))
     _to_numbers(path, rows, numeric if numeric is not None else rows.columns)
 
 
 def _check_sds(path: Path, rows: pd.DataFrame) -> None:
     """MeasurementError for a stated sd outside LEAST_SD to GREATEST_SD; an empty cell
     is unknown."""
-    limits = (
-        f"; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}"
+    limits = tr(
+        "; it should be above 0 and no less than {:g}, at most {:g}",
+        LEAST_SD,
+        GREATEST_SD,
     )
     for column in (c for c in SDS if c in rows):
         right = rows[column].isna() | rows[column].between(LEAST_SD, GREATEST_SD)
@@ -330,11 +388,18 @@ def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
         if words.any():
             row = int(np.argmax(words))
             raise MeasurementError(
-                f"{path}: {column} = {reprlib.repr(rows[column].iloc[row])} in row"
-                f" {row + 2} is not a number"
+                tr(
+                    "{}: {} = {} in row {} is not a number",
+                    path,
+                    column,
+                    reprlib.repr(rows[column].iloc[row]),
+                    row + 2,
+                )
             )
         rows[column] = finite
-        _require_each(path, rows, column, ~(rows[column].abs() > LARGEST), " cannot be")
+        _require_each(
+            path, rows, column, ~(rows[column].abs() > LARGEST), tr(" cannot be")
+        )
 
 
 def _drop_incomplete(
@@ -345,8 +410,8 @@ def _drop_incomplete(
     usable = np.isfinite(rows[columns].to_numpy(dtype=float)).all(axis=1)
     if usable.all():
         return rows, []
-    require(usable.any(), f"{path}: no row has numbers in {', '.join(columns)}")
+    require(usable.any(), tr("{}: no row has numbers in {}", path, ", ".join(columns)))
     lines = [str(i + 2) for i in rows.index[~usable]]
-    more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
+    more = tr(" and {} more", len(lines) - 5) if len(lines) > 5 else ""
     shown = ", ".join(lines[:5]) + more
-    return rows[usable], [f"{path.name}: no number in row {shown}; left out"]
+    return rows[usable], [tr("{}: no number in row {}; left out", path.name, shown)]

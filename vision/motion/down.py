@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.foreign.unit_inference import LARGEST_MISFIT, parabolas_in
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
@@ -57,11 +58,13 @@ def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, .
     if slowed or off < max(TURNED_DEG, TURNED_SDS * sd):
         return recording, ()
     way = "clockwise" if deg > 0 else "anticlockwise"
-    said = f"the seed falls {abs(deg):.1f}° {way} from straight down in the picture"
+    said = tr(
+        "the seed falls {:.1f}° {} from straight down in the picture", abs(deg), way
+    )
     if camera.plumb_deg is not None:
         return recording, (
-            f"{said}; [camera] plumb_deg = {camera.plumb_deg:g} is used",
+            tr("{}; [camera] plumb_deg = {:g} is used", said, camera.plumb_deg),
         )
     turned = camera.model_copy(update={"plumb_deg": round(deg, 1)})
-    note = f"{said} (turned, or held askew): heights are read along its fall"
+    note = tr("{} (turned, or held askew): heights are read along its fall", said)
     return replace(recording, camera=turned), (note,)

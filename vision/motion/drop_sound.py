@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound
 from benchtwin.vision.foreign.as_evidence import read_heard
 from benchtwin.vision.measurement import (
@@ -69,15 +70,24 @@ def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
     the rig is no drop."""
     require(
         recording.rig == "drop",
-        f"{file}: sound shows the impacts of a drop; a {recording.rig} needs"
-        " pictures, a track or light gates",
+        tr(
+            "{}: sound shows the impacts of a drop; a {} needs pictures, a"
+            " track or light gates",
+            file,
+            recording.rig,
+        ),
     )
     film = recording.evidence == "video" and recording.sound is None
     stated, file_fps = recording.camera.fps, film_fps(file) if film else None
     if stated and file_fps and abs(stated / file_fps - 1) > MOST_RATE_DIFFERENCE:
         raise MeasurementError(
-            f"{file}: [camera] fps = {stated:g}, but the file plays {file_fps:g} a"
-            " second, and its sound with it: slow motion"
+            tr(
+                "{}: [camera] fps = {:g}, but the file plays {:g} a second,"
+                " and its sound with it: slow motion",
+                file,
+                stated,
+                file_fps,
+            )
         )
     sound = read_heard(file)
     return sound, find_onsets(sound)
@@ -107,10 +117,10 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
             note if len(counts) == 1 else f"drop {len(drops)}: {note}" for note in notes
         ]
     alone = [
-        f"the impact at {time:.3f} s is alone and is not used"
+        tr("the impact at {:.3f} s is alone and is not used", time)
         for time in impacts.time_s[counts[impacts.drop] == 1]
     ]
-    count = [f"{len(drops)} drops heard"] if len(drops) > 1 else []
+    count = [tr("{} drops heard", len(drops))] if len(drops) > 1 else []
     first, *others = said
     rejected = _rejection_notes(onsets)
     notes = [*sound.notes, *count, first, *corrections, *others, *alone, *rejected]
@@ -122,28 +132,33 @@ def _heard_drop(
 ) -> tuple[HeardDrop, list[str]]:
     """One drop by its impacts, and notes; corrected: by hand."""
     run, first, notes = _longest_complete_run(impacts)
-    doubt = "" if sure else "few impacts, and other sounds nearly as likely to be them"
+    doubt = (
+        "" if sure else tr("few impacts, and other sounds nearly as likely to be them")
+    )
     if (
         len(run) == 2
         and len(impacts) == 2
         and not recording.drop.height_mm
         and not corrected
     ):
-        doubt = "two impacts, one interval: another impact may lie between them"
+        doubt = tr("two impacts, one interval: another impact may lie between them")
     times, sd = run.time_s, run.sd_s
-    listed = (
-        f"{len(run)} impacts heard, the first at {times[0]:.4f} s, to ±"
-        f" {1000 * np.median(sd):.2g} ms each"
+    listed = tr(
+        "{} impacts heard, the first at {:.4f} s, to ± {:.2g} ms each",
+        len(run),
+        times[0],
+        1000 * np.median(sd),
     )
     return HeardDrop(times, sd, first, doubt), [listed, *notes]
 
 
 def _too_few(onsets: Onsets) -> str:
-    message = (
-        f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a"
-        " bouncing body's impacts"
+    message = tr(
+        "{} sudden sounds, but none whose intervals shrink as those of a"
+        " bouncing body's impacts",
+        len(onsets),
     )
-    advice = (
+    advice = tr(
         "lay the phone beside the plate, let nothing else sound, and record until all"
         " is still"
     )
@@ -160,13 +175,16 @@ def _longest_complete_run(
         itertools.pairwise(edges), key=lambda part: (part[1] - part[0], -part[0])
     )
     notes = [
-        f"an impact between {impacts.time_s[k - 1]:.3f} and"
-        f" {impacts.time_s[k]:.3f} s was not heard"
+        tr(
+            "an impact between {:.3f} and {:.3f} s was not heard",
+            impacts.time_s[k - 1],
+            impacts.time_s[k],
+        )
         for k in np.flatnonzero(impacts.missed)
     ]
     if notes:
         notes.append(
-            f"the {b - a} impacts that follow one another without a gap are used"
+            tr("the {} impacts that follow one another without a gap are used", b - a)
         )
     return impacts[a:b], a == 0, notes
 
@@ -177,11 +195,17 @@ def _rejection_notes(onsets: Onsets) -> list[str]:
     for no_impact in onsets[onsets.why != ""]:
         by_reason.setdefault(no_impact.why, []).append(f"{no_impact.time_s:.3f}")
     more = {
-        reason: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else ""
+        reason: tr(" and {} more", len(at) - MOST_LISTED)
+        if len(at) > MOST_LISTED
+        else ""
         for reason, at in by_reason.items()
     }
     return [
-        f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s{more[reason]}:"
-        f" {reason}"
+        tr(
+            "no impact: the sound at {} s{}: {}",
+            ", ".join(at[:MOST_LISTED]),
+            more[reason],
+            reason,
+        )
         for reason, at in by_reason.items()
     ]

@@ -7,6 +7,7 @@ import math
 import cv2
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.motion.scene import grey
 from benchtwin.vision.motion.track_seed import TrackedSeed, moving
@@ -46,7 +47,7 @@ def camera_moved(source: FrameSource) -> str:
             for a, b in wider
         )
         if shift is not None and lasts:
-            when = f"between frames {frames[k].index} and {frames[k + 1].index}"
+            when = tr("between frames {} and {}", frames[k].index, frames[k + 1].index)
             return (
                 f"the camera moved {when}: the whole picture shifts by"
                 f" {np.hypot(*shift):.1f} px; cut the film there"
@@ -104,9 +105,10 @@ def size_doubt(
     hidden = float(track.outlier[in_motion].mean())
     # places of a fall are compared with parabolas
     if hidden > MOST_HIDDEN and not falling:
-        return (
-            f"the seed is partly hidden or merged with something in {100 * hidden:.0f}"
-            " % of the frames in which it moves"
+        return tr(
+            "the seed is partly hidden or merged with something in {:.0f}"
+            " % of the frames in which it moves",
+            100 * hidden,
         )
     clear = ~track.outlier & np.isfinite(area)  # a place set by hand has no silhouette
     if not (in_motion & clear).any():
@@ -114,10 +116,16 @@ def size_doubt(
     typical = float(np.median(area[in_motion & clear]))
     least, most = stated_area_px(recording)
     if not least * (1 - AREA_MARGIN) < typical < most * (1 + AREA_MARGIN):
-        side = f"at most {most:.3g}" if typical > most else f"at least {least:.3g}"
-        return (
-            f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it,"
-            " or more than it, was tracked"
+        side = (
+            tr("at most {:.3g}", most)
+            if typical > most
+            else tr("at least {:.3g}", least)
+        )
+        return tr(
+            "what moves covers {:.3g} px, the stated seed {}: a part of"
+            " it, or more than it, was tracked",
+            typical,
+            side,
         )
     last = np.flatnonzero(in_motion)[-1]
     resting = ~in_motion & clear & (np.arange(len(area)) > last)
@@ -126,9 +134,10 @@ def size_doubt(
     if resting.sum() >= LEAST_ROWS and not falling:
         ratio = float(np.median(area[resting])) / typical
         if not 1 / (turns * (1 + AREA_MARGIN)) < ratio < turns * (1 + AREA_MARGIN):
-            return (
-                f"at rest what is tracked covers {ratio:.2f} × what it covers in"
-                " motion: it is not the seed alone"
+            return tr(
+                "at rest what is tracked covers {:.2f} × what it covers in"
+                " motion: it is not the seed alone",
+                ratio,
             )
     return ""
 

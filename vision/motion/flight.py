@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.motion.least_squares import all_stated
@@ -149,9 +150,9 @@ def find_flights(
         if free.flights.free > 0:
             tried.append(replace(free, begin=begin))
     if not tried:
-        raise errors[0] if errors else MeasurementError(NO_FALL)
+        raise errors[0] if errors else MeasurementError(tr(NO_FALL))
     best = max(tried, key=lambda t: t.explained(height))
-    require(len(best.flights.rows) != 1 or best.explained(height) > 0, NO_FALL)
+    require(len(best.flights.rows) != 1 or best.explained(height) > 0, tr(NO_FALL))
     rows = _usable(best.ranges, best.flights.ends(), time, best.outlier, step)
     flights, _ = parabolas(rows, time, height, weight, _if_few(rows, gamma))
     off = np.abs(height - flights.height(0, time))[best.led : best.ranges[0][0]]
@@ -293,11 +294,14 @@ def _usable(ranges, contact_times, time, outlier, step) -> tuple[np.ndarray, ...
         if len(kept) < (2, 2, 4)[min(k, 2)]:
             require(
                 k != 0 or len(ranges) <= 1,
-                f"only {len(kept)} frames before the first contact; a speed needs 2",
+                tr(
+                    "only {} frames before the first contact; a speed needs 2",
+                    len(kept),
+                ),
             )
             break
         rows.append(kept)
-    require(rows, "no flight of at least 3 frames")
+    require(rows, tr("no flight of at least 3 frames"))
     return tuple(rows)
 
 
@@ -355,14 +359,16 @@ def find_few_flights(
     least = unknowns + (not stated)
     begin = rows_at_rest(height)
     if len(time) - begin < least:
-        gravity_too = "gravity, " if gamma is None else ""
-        message = (
-            f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns"
-            f" ({gravity_too}two places and two speeds)"
+        gravity_too = tr("gravity, ") if gamma is None else ""
+        message = tr(
+            "{} rows of fall and rebound for {} unknowns ({}two places and two speeds)",
+            len(time) - begin,
+            unknowns,
+            gravity_too,
         )
         raise MeasurementError(
-            f"{message}; {least} are needed"
-            + ("" if stated else f", or {least - 1} with their sd stated")
+            tr("{}; {} are needed", message, least)
+            + ("" if stated else tr(", or {} with their sd stated", least - 1))
         )
     weight = np.median(sd) / sd if stated else np.ones(len(time))
     by_speed = gates and not stated
@@ -375,8 +381,10 @@ def find_few_flights(
         alone = _one_flight(time, height, weight, gamma, begin)
         if alone is None:
             raise MeasurementError(
-                "no impact lies between two of the rows, and they are no flight by"
-                " themselves: a fall and a rebound need two rows each"
+                tr(
+                    "no impact lies between two of the rows, and they are no flight by"
+                    " themselves: a fall and a rebound need two rows each"
+                )
             )
         return alone
     share = [1.0 if stated else len(time) / len(np.concatenate(f.rows)) for f in found]

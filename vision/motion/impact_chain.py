@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, require
@@ -332,21 +333,23 @@ def _rejections(o: Onsets) -> np.ndarray:
     for i in np.setdiff1d(heard, impacts).tolist():
         after = o.time_s[i] - times
         after_ms = 1000 * after[after > 0].min(initial=np.inf)
-        lag = f"an echo, {1000 * lags[i]:.1f} ms after a louder sound as after others"
+        lag = tr(
+            "an echo, {:.1f} ms after a louder sound as after others", 1000 * lags[i]
+        )
         reasons = (
             (lags[i], lag),
             (
                 after_ms < 1000 * DOUBLE_S,
-                f"a second hit or an echo, {after_ms:.1f} ms after an impact",
+                tr("a second hit or an echo, {:.1f} ms after an impact", after_ms),
             ),
-            (o.rise_s[i] > SUDDEN_S, "it rises slowly, as speech and handling do"),
-            (o.lasting_db[i] > LASTS_DB, "it lasts, as speech does"),
+            (o.rise_s[i] > SUDDEN_S, tr("it rises slowly, as speech and handling do")),
+            (o.lasting_db[i] > LASTS_DB, tr("it lasts, as speech does")),
             (
                 o.time_s[i] < first,
-                "it comes before the first impact and does not fit the intervals",
+                tr("it comes before the first impact and does not fit the intervals"),
             ),
-            (o.time_s[i] > last, "it comes after the last impact that was found"),
-            (True, "it does not fit the shrinking intervals"),
+            (o.time_s[i] > last, tr("it comes after the last impact that was found")),
+            (True, tr("it does not fit the shrinking intervals")),
         )
         out[i] = next(why for holds, why in reasons if holds)
     return out
@@ -364,8 +367,15 @@ def correct_impacts(
             if not sound.start_s <= at <= sound.start_s + sound.duration_s:
                 until = sound.start_s + sound.duration_s
                 raise MeasurementError(
-                    f"{where}: [drop] {name}: {at:g} s is not in this sound,"
-                    f" {sound.start_s:.3g} to {until:.4g} s"
+                    tr(
+                        "{}: [drop] {}: {:g} s is not in this sound, {:.3g} to"
+                        " {:.4g} s",
+                        where,
+                        name,
+                        at,
+                        sound.start_s,
+                        until,
+                    )
                 )
     found = _with_added(sound, onsets, drop.impacts_added_s or ())
     before, notes = found[found.drop >= 0], []
@@ -373,12 +383,16 @@ def correct_impacts(
         row = _nearest(found.time_s, at)
         require(
             row is None or not found.added[row],
-            f"{where}: [drop] impacts_added_s and impacts_struck_s both name the"
-            f" impact at {at:g} s",
+            tr(
+                "{}: [drop] impacts_added_s and impacts_struck_s both name the"
+                " impact at {:g} s",
+                where,
+                at,
+            ),
         )
         if row is None or found.time_s[row] not in before.time_s:
             notes.append(
-                f"{at:g} s is struck out by hand, but no impact was found there"
+                tr("{:g} s is struck out by hand, but no impact was found there", at)
             )
         else:
             found.drop[row], found.why[row] = -1, STRUCK
@@ -387,7 +401,7 @@ def correct_impacts(
     found.drop[rows] = _numbered(times, found.drop[rows])
     found.missed[rows] = _missed(before, times, found.drop[rows])
     added, struck = found.added.sum(), (found.why == STRUCK).sum()
-    notes.insert(0, f"impacts set by hand: {added} added, {struck} struck out")
+    notes.insert(0, tr("impacts set by hand: {} added, {} struck out", added, struck))
     return found, notes
 
 

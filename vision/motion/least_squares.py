@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from benchtwin.bench.distributions import chi2 as chi_square
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 
 LEAST_P = 0.01  # of a χ² as large by chance, below which stated sds are doubted
 
@@ -29,7 +30,7 @@ def variance_factor(
         return 1.0, ""
     reduced = chi2 / degrees_of_freedom
     doubt = (
-        f"the rows scatter {np.sqrt(reduced):.2g} times as much as their stated sd"
+        tr("the rows scatter {:.2g} times as much as their stated sd", np.sqrt(reduced))
         if stated
         else ""
     )

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.evidence.frames import FrameSource, open_frames
@@ -50,8 +51,13 @@ def need_track(recording: Recording) -> None:
     of_others = [rig.told_by.get(recording.evidence) for rig in RIGS.values()]
     why = "".join(f": {told}" for told in of_others if told)
     raise MeasurementError(
-        f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be"
-        f" followed{why}; frames, a video or track.csv can"
+        tr(
+            "{}: {} of a {} cannot be followed{}; frames, a video or track.csv can",
+            recording.path,
+            recording.evidence,
+            recording.rig,
+            why,
+        )
     )
 
 
@@ -173,7 +179,7 @@ def followed(
     seen = with_board(recording, picture.astype(np.uint8))
     notes = (*source.notes, *seen.notes)
     if seen.recording.camera.mm_per_px is None and not seen.notes:
-        notes += ("no scale: [camera] mm_per_px is missing, and no board is seen",)
+        notes += (tr("no scale: [camera] mm_per_px is missing, and no board is seen"),)
     return Followed(seen.recording, source, tracked, notes, doubt=seen.doubt)
 
 

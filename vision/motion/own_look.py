@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.robust import difference_noise
 from benchtwin.vision.evidence.frames import Frame, FrameSource
 from benchtwin.vision.motion.track import Track, make_track
@@ -154,11 +155,15 @@ def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
         return pd.Series(values, old.frame).reindex(track.frame).to_numpy()
 
     first = int(track.used().frame[0])
-    note = "what moves stood out little: the seed's places are those of its own look"
+    note = tr(
+        "what moves stood out little: the seed's places are those of its own look"
+    )
     if first < seen_from:
-        note = (
-            f"the seed was found from frame {seen_from} on as something that moves,"
-            f" and from frame {first} on by its own look"
+        note = tr(
+            "the seed was found from frame {} on as something that moves,"
+            " and from frame {} on by its own look",
+            seen_from,
+            first,
         )
     angle, angle_sd = old.angle_deg, old.angle_sd_deg
     track = replace(

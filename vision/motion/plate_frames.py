@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from benchtwin.vision.motion.edge_line import Line
 from benchtwin.vision.motion.scene import MEDIAN_FRAMES, grey
@@ -111,7 +112,7 @@ class PlateFrames(FrameSource):
         alike = frame.pixels.shape == self._background.shape
         if not alike:
             self.note(
-                f"frame {frame.index} skipped: its size is not that of the others"
+                tr("frame {} skipped: its size is not that of the others", frame.index)
             )
         return alike
 
@@ -156,7 +157,7 @@ class PlateFrames(FrameSource):
         """Places in the picture as places in the strip; those in frames without a line
         are left out, with a note."""
         if lost := sorted(places.keys() - self._lines.keys()):
-            self.note(f"[track] places_px: no plate is seen in frame {lost[0]}")
+            self.note(tr("[track] places_px: no plate is seen in frame {}", lost[0]))
         return {
             f: tuple(np.linalg.solve((m := self.matrix(f))[:, :2], places[f] - m[:, 2]))
             for f in places.keys() & self._lines.keys()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import require
 from benchtwin.vision.motion.flight import find_flights
 from benchtwin.vision.motion.track import Track
@@ -36,8 +37,11 @@ def rise_of(track: Track, recording: Recording) -> Rise:
     after = len(track.time) - 1 - int(flights.rows[0][-1])
     require(
         len(flights.rows[1]) if flown else after >= LEAST_ROWS,
-        f"{recording.path}: next to nothing is seen of the seed after its impact:"
-        " it left the picture, or the recording ends there",
+        tr(
+            "{}: next to nothing is seen of the seed after its impact: it left"
+            " the picture, or the recording ends there",
+            recording.path,
+        ),
     )
     if not flown:
         return Rise(0.0, flights.noise)

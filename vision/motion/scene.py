@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import require
@@ -108,7 +109,11 @@ def learn_scene(source: FrameSource) -> Scene:
     frames = source.sample(61)
     require(
         len(frames) >= 3,
-        f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3",
+        tr(
+            "{}: {} frames can be read; tracking needs at least 3",
+            source.path,
+            len(frames),
+        ),
     )
     first = frames[0]
     chosen = even_in_motion(frames)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import FAILED, Observation
 from benchtwin.vision.motion.split_flights import releases
 from benchtwin.vision.motion.track import Track
@@ -84,4 +85,6 @@ def _scatter(means, repeats) -> list[str]:
             parts.append(
                 f"{mean.name} {np.std(values, ddof=1):.2g}{unit} (n = {len(values)})"
             )
-    return [f"means over {len(repeats)} drops; sd between drops: {', '.join(parts)}"]
+    return [
+        tr("means over {} drops; sd between drops: {}", len(repeats), ", ".join(parts))
+    ]

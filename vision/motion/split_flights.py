@@ -7,6 +7,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import require
 from benchtwin.vision.motion.outliers import despiked
 
@@ -56,7 +57,7 @@ def splits(height: np.ndarray) -> list[list[tuple[int, int]]]:
     the last at which a hand, or a slip of the tracker, moved the place."""
     smooth = despiked(height)
     reach = float(np.ptp(smooth))
-    require(reach > 0, "nothing falls: the height never changes")
+    require(reach > 0, tr("nothing falls: the height never changes"))
     # At a phone's frame rate every stretch contains contacts, which are no noise: hence
     # at most 3 % of the fall.
     lows = _lows(

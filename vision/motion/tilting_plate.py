@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.edge_line import Line, track_edge
@@ -45,8 +46,11 @@ def track_slide(
     lines, shape, last = track_edge(source)
     if lines is not None and len(lines) < LEAST_SEEN * source.count:
         source.note(
-            f"the plate's edge is seen in {len(lines)} of {source.count} frames only"
-            " and is not used"
+            tr(
+                "the plate's edge is seen in {} of {} frames only and is not used",
+                len(lines),
+                source.count,
+            )
         )
         lines = None
     if lines is None:
@@ -85,7 +89,7 @@ def _block(
 
     def against_grey() -> TrackedSeed:
         found = tracked(strip.without_background())
-        notes = (*found.track.notes, SUBTRACTED)
+        notes = (*found.track.notes, tr(SUBTRACTED))
         return replace(found, track=replace(found.track, notes=notes))
 
     try:
@@ -120,8 +124,8 @@ def _with_tilt(track: Track, lines: dict[int, Line], recording: Recording) -> Tr
     edge_sd = float(np.median([line.angle_sd for line in lines.values()]))
     notes, level_sd = track.notes, camera.plumb_sd
     if camera.plumb_deg is None and camera.plumb_sd_deg is None:
-        missing = f"{recording.toml}: [camera] plumb_deg is missing"
-        known = f"the plate's angle is known to ± {level_sd:g}° only"
+        missing = tr("{}: [camera] plumb_deg is missing", recording.toml)
+        known = tr("the plate's angle is known to ± {:g}° only", level_sd)
         notes = (*notes, f"{missing}: {known}")
     sd = float(np.hypot(level_sd, np.degrees(edge_sd)))
     return replace(track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
@@ -134,7 +138,7 @@ def _without_plate(
 ) -> tuple[TrackedSeed, PlateOverlay]:
     """The block where no plate is seen, whose angle is stated."""
     if recording.slide.tilt_rate_deg_s is None:
-        text = (
+        text = tr(
             "no tilting plate edge is seen in the picture, and [slide] start_deg"
             " and tilt_rate_deg_s are missing"
         )

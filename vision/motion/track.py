@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.keys import Tracking
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.tables import GATE_PLACE, read_gates
 from benchtwin.vision.measurement import MeasurementError, require
@@ -67,8 +68,12 @@ class Track:
         if not self.physical:
             key = "mm_per_px" if self.unit != "mm" else "fps"
             raise MeasurementError(
-                f"{recording.toml}: [camera] {key} is missing; an acceleration needs"
-                " lengths and times"
+                tr(
+                    "{}: [camera] {} is missing; an acceleration needs lengths"
+                    " and times",
+                    recording.toml,
+                    key,
+                )
             )
 
     def in_mm(self, mm_per_px: float | None) -> "Track":
@@ -172,8 +177,8 @@ def track_from_table(
         time = (frame - frame[0]) / camera.fps
     if (slipped := slips(np.asarray(frame), x, y) & ~outlier).any():
         outlier = outlier | slipped
-        which = f"{int(slipped.sum())} rows are leaps away and back"
-        notes = (*notes, f"{which} (a tracker that slipped): marked as outliers")
+        which = tr("{} rows are leaps away and back", int(slipped.sum()))
+        notes = (*notes, tr("{} (a tracker that slipped): marked as outliers", which))
     track = make_track(
         time,
         x,
@@ -202,8 +207,12 @@ def track_from_gates(recording: Recording) -> Track:
     rig = recording.need_rig()
     if rig not in GATE_PLACE:
         raise MeasurementError(
-            f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)},"
-            f" not to a {rig}"
+            tr(
+                "{}: light gates belong to a {}, not to a {}",
+                recording.files[0],
+                ", a ".join(GATE_PLACE),
+                rig,
+            )
         )
     table = read_gates(recording.files[0], rig)
     rows = table.rows.assign(
@@ -262,7 +271,7 @@ def places_of(stated: Tracking) -> Places:
     places = {int(frame): (x, y) for frame, x, y in stated.places_px or ()}
     require(
         len(places) >= len(stated.places_px or ()),
-        "[track] places_px: two places of one frame; keep one",
+        tr("[track] places_px: two places of one frame; keep one"),
     )
     return places
 
@@ -297,8 +306,12 @@ def track_of_places(places: Places, times: Mapping[int, float]) -> Track:
     film has not."""
     if missing := sorted(places.keys() - times.keys()):
         raise MeasurementError(
-            f"[track] places_px: the film has no frame {missing[0]}; it has"
-            f" {min(times, default=0)} to {max(times, default=0)}"
+            tr(
+                "[track] places_px: the film has no frame {}; it has {} to {}",
+                missing[0],
+                min(times, default=0),
+                max(times, default=0),
+            )
         )
     frames = sorted(places)
     x, y = np.array([places[f] for f in frames]).T
@@ -310,5 +323,5 @@ def track_of_places(places: Places, times: Mapping[int, float]) -> Track:
         unit="px",
         frame=np.array(frames),
         sd=PLACE_SD_PX,
-        notes=(f"{n} place{'' if n == 1 else 's'} set by hand",),
+        notes=(tr("{} place{} set by hand", n, "" if n == 1 else "s"),),
     )

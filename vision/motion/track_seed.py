@@ -15,6 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError, require
@@ -94,7 +95,7 @@ def track_seed(
             continue
         if frame.pixels.shape[:2] != scene.shape:
             source.note(
-                f"frame {frame.index} skipped: its size is not that of the others"
+                tr("frame {} skipped: its size is not that of the others", frame.index)
             )
             continue
         shapes = find_silhouettes(frame.pixels, scene)
@@ -112,14 +113,18 @@ def track_seed(
         return _by_hand(places, times, scene, area_px)
     require(
         not only_places,
-        f"{source.path}: {len(places)} places set by hand ([track] places_px) so"
-        f" far; {LEAST_PLACES} make a track",
+        tr(
+            "{}: {} places set by hand ([track] places_px) so far; {} make a track",
+            source.path,
+            len(places),
+            LEAST_PLACES,
+        ),
     )
     if chosen is None:
-        where = f"like a seed in {done} frames"
+        where = tr("like a seed in {} frames", done)
         if at is not None:
-            where = f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
-        raise MeasurementError(f"{source.path}: nothing moves {where}")
+            where = tr("near [track] follow_px = {}", [float(f"{v:.6g}") for v in at])
+        raise MeasurementError(tr("{}: nothing moves {}", source.path, where))
     track = _to_track(chosen, scene, done, max(times), area_px)
     areas = np.array([s.area for s in chosen.shapes])
     size = 2 * float(np.sqrt(np.median(areas) / np.pi))
@@ -277,17 +282,23 @@ def _to_track(
     told = (
         (
             total > len(shapes),
-            f"the seed was found in {len(shapes)} of {total} frames{lost}",
+            tr("the seed was found in {} of {} frames{}", len(shapes), total, lost),
         ),
         (
             cut.any(),
-            f"{int(cut.sum())} frames with the seed partly out of the picture (marked"
-            " as outliers)",
+            tr(
+                "{} frames with the seed partly out of the picture (marked as"
+                " outliers)",
+                int(cut.sum()),
+            ),
         ),
         (
             hidden,
-            f"{hidden} frames with the seed partly hidden or merged with something"
-            " (marked as outliers)",
+            tr(
+                "{} frames with the seed partly hidden or merged with"
+                " something (marked as outliers)",
+                hidden,
+            ),
         ),
     )
     return make_track(
@@ -346,11 +357,11 @@ def _lost(frame: np.ndarray, last: int) -> str:
     gone = np.diff(frame) - 1
     longest = [k for k in np.argsort(-gone, kind="stable") if gone[k] > PATIENCE]
     parts = [
-        f"lost at frame {frame[k] + 1}, found again at {frame[k + 1]}"
+        tr("lost at frame {}, found again at {}", frame[k] + 1, frame[k + 1])
         for k in sorted(longest[:MOST_SAID])
     ]
     if last - frame[-1] > PATIENCE:
-        parts.append(f"lost at frame {frame[-1] + 1} and not found again")
+        parts.append(tr("lost at frame {} and not found again", frame[-1] + 1))
     return "".join(f"; {part}" for part in parts)
 
 

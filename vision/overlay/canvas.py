@@ -3,12 +3,15 @@ crosses and a legend that can be read."""
 
 import textwrap
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont
+
+from benchtwin.bench.language import ENGLISH, spoken
 
 FAR_PX = 1e6  # from the picture, where what is drawn is not seen
 LONGEST_PX, SHORTEST_PX = 1600, 800
@@ -24,6 +27,14 @@ BLUE = (60, 150, 255)
 YELLOW = (255, 210, 0)
 WHITE = (255, 255, 255)
 Colour = tuple[int, int, int]  # red, green, blue
+FONTS = {  # of systems, by language: those whose letters are none of matplotlib's
+    "zh": (
+        *("Microsoft YaHei", "PingFang SC", "Noto Sans CJK SC", "Source Han Sans SC"),
+        *("WenQuanYi Micro Hei", "WenQuanYi Zen Hei", "SimHei", "SimSun"),
+    )
+}
+IDEOGRAPHS = "\u2e80"  # and what comes behind them in Unicode
+NO_FONT = "[no font for this language on this system: see the tables]"
 
 
 class Canvas:
@@ -109,17 +120,32 @@ class Canvas:
 
 
 @cache
+def font_file(language: str) -> str:
+    """The file of a font with the letters of a language; "" where there is none."""
+    from matplotlib import font_manager, get_data_path  # loads for .2 s
+
+    for family in FONTS.get(language, ()):
+        with suppress(ValueError):
+            return font_manager.findfont(family, fallback_to_default=False)
+    return "" if language in FONTS else f"{get_data_path()}/fonts/ttf/DejaVuSans.ttf"
+
+
 def letters(shown: float) -> ImageFont.FreeTypeFont:
     """Letters that are LETTER_PX high where `shown` pixels are shown as one."""
-    from matplotlib import get_data_path  # loads for .2 s; its letters hold all signs
+    return _letters(font_file(spoken()) or font_file(ENGLISH), shown)
 
-    file = f"{get_data_path()}/fonts/ttf/DejaVuSans.ttf"
+
+@cache
+def _letters(file: str, shown: float) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(file, max(LETTER_PX * shown, 1.0))
 
 
 def wrapped(text: str, room_px: float, shown: float) -> list[str]:
-    """The text in lines that fit into so many pixels."""
+    """The text in lines that fit into so many pixels; NO_FONT in the place of one whose
+    letters no font here has."""
     text = text.encode("utf8", "replace").decode()  # a folder's name may be no text
+    if any(c >= IDEOGRAPHS for c in text) and not font_file(spoken()):
+        text = NO_FONT
     count = int(len(text) * room_px / max(letters(shown).getlength(text), 1))
     return textwrap.wrap(text, max(count, 12), subsequent_indent="  ") or [""]
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import NARROWED, require
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
@@ -108,8 +109,8 @@ def _beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
         sd = np.degrees(np.hypot(given.slope_sd, line.slope_sd))
         off = float(angles[1] - angles[0])
         if abs(off) > MOST_OFF_DEG + 3 * sd:
-            why = (
-                f"the stated base line is {abs(off):.1f}° off the plate in the picture"
+            why = tr(
+                "the stated base line is {:.1f}° off the plate in the picture", abs(off)
             )
             return replace(given, doubt=why)
     return given
@@ -124,9 +125,10 @@ def _beside_plumb(base: BaseLine, camera: Camera) -> BaseLine:
     sd = np.hypot(np.degrees(base.slope_sd), camera.plumb_sd)
     if abs(off) <= max(MOST_TILT_DEG, 3 * sd):
         return base
-    why = (
-        f"the plate in the picture is {abs(off):.1f}° off level by plumb_deg as stated:"
-        " one of both is wrong"
+    why = tr(
+        "the plate in the picture is {:.1f}° off level by plumb_deg as"
+        " stated: one of both is wrong",
+        abs(off),
     )
     return replace(base, doubt="; ".join(filter(None, (base.doubt, why))))
 
@@ -197,7 +199,9 @@ def find_horizontal(
     if camera.plumb_deg is not None:
         return camera.plumb_deg, camera.plumb_sd, ()
     if base.source == "toe":
-        why = "no plate line and no plumb_deg: the picture's rows are taken as level"
+        why = tr(
+            "no plate line and no plumb_deg: the picture's rows are taken as level"
+        )
         return 0.0, camera.plumb_sd, (f"{why}, ± {camera.plumb_sd:g}°",)
     angle = np.arctan(base.slope)
     return (
@@ -258,7 +262,7 @@ def _foot(
         best,
         source=("mirror" if best is lines[0] else "foot") if told else "toe",
         sd=float(np.hypot(2 * best.sd, np.sqrt(likely @ np.square(apart)))),
-        doubt=MIRRORED if UNLIKELY < likely[0] < 1 - UNLIKELY else "",
+        doubt=tr(MIRRORED) if UNLIKELY < likely[0] < 1 - UNLIKELY else "",
     )
 
 

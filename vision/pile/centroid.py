@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import Quantity, failed
 from benchtwin.vision.pile.heap import BaseLine, Heap
 
@@ -38,10 +39,10 @@ def centroid_angle(
     its wall is not in the picture. surface (w,): rows [px, y down], NaN where there is
     none; heap: in small px of `factor` px each."""
     good = {f.side: f for f in heap.flanks if not f.problem}
-    walls = {f.side for f in heap.flanks if f.problem.startswith("a wall")}
+    walls = {f.side for f in heap.flanks if f.at_wall}
     if not good or len(good) + len(walls) < 2:
         return failed(
-            NAME, "deg", "the pile's foot is not in the picture on both sides"
+            NAME, "deg", tr("the pile's foot is not in the picture on both sides")
         )
     ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
     leaning = walls - set(good)
@@ -52,7 +53,7 @@ def centroid_angle(
     ends |= faces
     found = _rise_and_reach(surface, base, heap, factor, ends, leaning)
     if found is None:
-        return failed(NAME, "deg", "nothing stands above the base line")
+        return failed(NAME, "deg", tr("nothing stands above the base line"))
     slope, rise, reach = found
     toes = _alternative_toes(surface, base, heap, factor, ends, good)
     elsewhere = [

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.stats import median_abs_deviation, theilslopes
 from skimage.filters import threshold_otsu
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import MeasurementError, Quantity, require
 from benchtwin.vision.pile.repose import Repose
 
@@ -55,14 +56,14 @@ class Collapse:
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Both times, as far as they are seen."""
-        late = "the film begins after the gate began to rise" if self.late else ""
+        late = tr("the film begins after the gate began to rise") if self.late else ""
         frame = self.flow_sd_s / TIMED / np.sqrt(2)
         unsteady = self.steady_s > max(UNSTEADY * self.gate_s, frame)
         quick = self.gate_s < TOO_QUICK * frame
         reasons = (
             late,
-            "the gate did not rise steadily" if unsteady else "",
-            "the gate is up before the next frame" if quick else "",
+            tr("the gate did not rise steadily") if unsteady else "",
+            tr("the gate is up before the next frame") if quick else "",
         )
         gate = Quantity(GATE, self.gate_s, self.gate_sd_s, "s").doubt(*reasons)
         flow = Quantity(FLOW, self.flow_s, self.flow_sd_s, "s").doubt(late)
@@ -121,9 +122,9 @@ def filmed_collapse(
     collapses in them."""
     require(
         sum(toe is None for toe in found.toes) == 1,
-        "no gate: the heap leans on no wall, or on two",
+        tr("no gate: the heap leans on no wall, or on two"),
     )
-    require(np.isfinite(t_s).all(), "no frame rate is known: camera.fps tells it")
+    require(np.isfinite(t_s).all(), tr("no frame rate is known: camera.fps tells it"))
     grey = pictures
     surface, base = _lines(found, factor, top_px, grey.shape[2])
     difference = np.abs(grey[-1].astype(float) - grey[0])
@@ -187,10 +188,10 @@ def _column(changed, under, above) -> tuple[int, float]:
     behind, beyond = share[:gate][count[:gate] > 0], share[gate:][count[gate:] > 0]
     told = len(behind) and len(beyond) and beyond.mean() - behind.mean()
     if not told > LEAST_CONTRAST:
-        raise MeasurementError("no seeds run out from behind a gate in this film")
+        raise MeasurementError(tr("no seeds run out from behind a gate in this film"))
     emptied = (changed & above)[:, gate // 2 : gate]
     there = emptied.any(axis=0)
-    require(there.any(), "no seeds sink behind the gate in this film")
+    require(there.any(), tr("no seeds sink behind the gate in this film"))
     return gate, float(np.median(emptied.argmax(axis=0)[there]))
 
 

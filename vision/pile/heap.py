@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from benchtwin.bench.language import tr
+
 # a plate farther from level than this is taken for a slope
 MAX_PLATE_SLOPE = np.tan(np.radians(6.0))
 CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
@@ -20,6 +22,7 @@ TOE = 0.02  # of the crest's height: where the pile ends
 # of the crest's height: a second hump, and where its foot is
 SECOND, SECOND_FOOT = 0.4, 0.1
 WALL = "a wall or nothing on this side"
+STATED_WALL = "a wall, as stated"
 # of the height, beside a wall's cliff: what is level so far to LEVEL_PX is a box's top
 LEVEL_TOP, LEVEL_PX = 0.15, 1.0
 TWO_PILES = "two piles in the picture: name the one to measure by --roi"
@@ -57,6 +60,11 @@ class Flank:
     toe: int
     problem: str = ""
 
+    @property
+    def at_wall(self) -> bool:
+        """Whether the pile leans on a wall on this side."""
+        return self.problem in (WALL, STATED_WALL)
+
 
 @dataclass(frozen=True)
 class Heap:
@@ -90,7 +98,7 @@ def find_heap(
     gap = max(2, profile.size // 100)
     pieces = [p for p in _true_ranges(free, gap=gap) if p[1] - p[0] >= 8]
     if not pieces:
-        return Heap(0, 0.0, (), walls, "no pile in the picture")
+        return Heap(0, 0.0, (), walls, tr("no pile in the picture"))
     smooth = _smooth(height, free)
     span = [np.nanmax(smooth[a:b]) for a, b in pieces]
     low, high = pieces[int(np.argmax(span))]
@@ -100,10 +108,10 @@ def find_heap(
     near = near[np.abs(near - crest) <= reach]
     top = float(median_filter(height[near], 5, mode="nearest").max())
     if top < 8 or top < 0.02 * profile.size:
-        return Heap(crest, top, (), walls, NOTHING_RISES)
+        return Heap(crest, top, (), walls, tr(NOTHING_RISES))
     if profile[crest] <= 1:
         return Heap(
-            crest, top, (), walls, "the pile is cut by the picture's top border"
+            crest, top, (), walls, tr("the pile is cut by the picture's top border")
         )
     sharp = median_filter(np.where(np.isfinite(height), height, 0.0), 5, mode="nearest")
     flanks = tuple(
@@ -199,7 +207,7 @@ def _flank(
     toe = int(at[length])
     lowest = float(np.nanmin(outward[: length + 1])) / top
     cut = toe <= 1 or toe >= smooth.size - 2
-    ended = f"the pile is cut by the picture's {side} border" * cut
+    ended = tr("the pile is cut by the picture's {} border", side) * cut
     beyond = sharp[crest::-1] if side == "left" else sharp[crest:]
     some = min(length + round(ABRUPT_WIDE * top) + 1, outward.size)
     upwards = outward[: length + 1][::-1]
@@ -210,15 +218,22 @@ def _flank(
         # what is not known to be of seeds alone may be a wall itself
         (
             _falls_at_once(beyond[:some], top),
-            "the surface falls at once: a wall?" if walled else WALL,
+            tr("the surface falls at once: a wall?") if walled else WALL,
         ),
         (
             not ends.size and lowest > window[0] * 0.9,
-            f"{ended or 'the surface ends'} at {100 * lowest:.0f} % of its height",
+            tr(
+                "{} at {:.0f} % of its height",
+                ended or "the surface ends",
+                100 * lowest,
+            ),
         ),
         (
             again > 0.2 * top,
-            "the surface falls and rises again: two piles, or something in front of it",
+            tr(
+                "the surface falls and rises again: two piles, or something in"
+                " front of it"
+            ),
         ),
     )
     return Flank(side, crest, toe, next((why for holds, why in told if holds), ""))
@@ -244,5 +259,5 @@ def _second_pile(
         tall = float(outside[a:b].max())
         inside = a > 2 and b < sharp.size - 2
         if inside and tall > SECOND * top and b - a >= LEAST_WIDE * tall:
-            return TWO_PILES
+            return tr(TWO_PILES)
     return ""

@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 from scipy.cluster.vq import vq
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.pile.surface import as_float, binarise, shrink
 from benchtwin.vision.pile.triangle_search import (
     NO_SIDE,
@@ -181,7 +182,7 @@ class Seen:
         ""."""
         best = max(TURNED, key=lambda quarters: self.turned(quarters).score)
         more = self.turned(best).score > CLEARLY * self.upright.score
-        return TURNED[best] if more else ""
+        return tr(TURNED[best]) if more else ""
 
 
 @dataclass(frozen=True)

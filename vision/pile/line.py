@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 from benchtwin.bench.robust import robust_sd
 from benchtwin.bench.slope_window import line_window
 from benchtwin.vision.pile.heap import BaseLine, Flank, Heap
@@ -77,7 +78,7 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
     x, y = x[order], y[order]
     if x.size < LEAST_COLUMNS or x[-1] - x[0] <= 0:
         raise ValueError(
-            f"a line needs at least 8 points that differ in x; here are {x.size}"
+            tr("a line needs at least 8 points that differ in x; here are {}", x.size)
         )
     keep = np.ones(x.size, dtype=bool)
     for _ in range(4):
@@ -195,13 +196,18 @@ def fit_flank(
     told = (
         (
             angle > STEEP_DEG,
-            f"steeper than {STEEP_DEG:.0f}°: is the picture turned, or is this no slope"
-            " of grains?",
+            tr(
+                "steeper than {:.0f}°: is the picture turned, or is this no"
+                " slope of grains?",
+                STEEP_DEG,
+            ),
         ),
         (
             line.outlier_share > MOST_OUTLIERS,
-            f"{100 * line.outlier_share:.0f} % of the surface lies off the line and was"
-            " left out",
+            tr(
+                "{:.0f} % of the surface lies off the line and was left out",
+                100 * line.outlier_share,
+            ),
         ),
     )
     doubts = tuple(why for holds, why in told if holds)

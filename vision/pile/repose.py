@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import (
     FAILED,
     GOOD,
@@ -33,6 +34,7 @@ from benchtwin.vision.pile.base_line import (
 from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import (
     NOTHING_RISES,
+    STATED_WALL,
     TOE,
     WALL,
     BaseLine,
@@ -173,7 +175,7 @@ def measure_repose(
     except MeasurementError as trouble:
         if not (lies := _lies(region)):
             raise
-        raise MeasurementError(f"{lies}; as it is: {trouble}") from trouble
+        raise MeasurementError(tr("{}; as it is: {}", lies, trouble)) from trouble
     found = replace(found, quantities=tuple(map(if_known, found.quantities)))
     main = found.quantities[0]
     # without the texture of seeds none tells which way is up
@@ -191,13 +193,13 @@ def if_known(q: Quantity) -> Quantity:
     """With a doubt where it is known too badly to be of use."""
     if not q.sd > MOST_SD_DEG:
         return q
-    return q.doubt(f"known no better than ± {q.sd:.0f}°")
+    return q.doubt(tr("known no better than ± {:.0f}°", q.sd))
 
 
 def _lies(region: Region | None) -> str:
     """That the picture is turned; "" where it is not."""
     way = "" if region is None else region.seen.way_up
-    return way and f"the picture looks {way}: turn it"
+    return way and tr("the picture looks {}: turn it", way)
 
 
 def _measure(photo: _Photo, region: Region | None) -> Repose:
@@ -207,12 +209,12 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     options = photo.options
     by_hand = options.roi is not None or options.baseline is not None
     sure = region is not None and region.confidence >= 1
-    smooth = NO_PILE if sure else _on_smooth_background(photo)
+    smooth = tr(NO_PILE) if sure else _on_smooth_background(photo)
     confidence = -np.inf if region is None else region.confidence
     told = by_hand or confidence >= LEAST_CONFIDENCE
     if not isinstance(smooth, str):
         told = confidence >= NO_SEEDS and _doubtful(smooth)
-    segmented: Repose | str = NO_PILE
+    segmented: Repose | str = tr(NO_PILE)
     if region is not None and told:
         segmented = _of_region(replace(photo, seeds_only=True), region)
         if sure and isinstance(segmented, str):
@@ -227,7 +229,9 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     if isinstance(smooth, str):
         return segmented
     found = smooth if _doubtful(segmented) else segmented
-    return found.doubted(smooth.base.doubt, UNSURE if _apart(smooth, segmented) else "")
+    return found.doubted(
+        smooth.base.doubt, tr(UNSURE) if _apart(smooth, segmented) else ""
+    )
 
 
 def _apart(one: Repose, other: Repose) -> bool:
@@ -239,12 +243,16 @@ def _apart(one: Repose, other: Repose) -> bool:
 def _other_heaps(region: Region) -> Iterator[str]:
     """What speaks against the region's being the heap."""
     if region.confidence < NO_SEEDS:
-        yield UNSURE
+        yield tr(UNSURE)
     if region.rival is not None:
         x, _, foot = region.rival[:3]
         yield (
-            f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as"
-            " much like a heap: name the pile by --roi"
+            tr(
+                "another part of the picture, about x {:.0f}, y {:.0f} px,"
+                " looks as much like a heap: name the pile by --roi",
+                x,
+                foot,
+            )
         )
 
 
@@ -275,7 +283,7 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
             break  # there is no better kind of base line
     readings = [r for r in tried if isinstance(r, Repose)]
     if not readings:
-        return str(tried[0]) if tried else NO_PILE
+        return str(tried[0]) if tried else tr(NO_PILE)
     return min(readings, key=lambda r: BASES.index(r.base.source))
 
 
@@ -290,7 +298,7 @@ def _of_mask(
     reason where it cannot be measured. Its edges are those of the steps beside the
     mask's where there are some; of seeds else the mask's own."""
     if not mask.any():
-        return NOTHING_RISES
+        return tr(NOTHING_RISES)
 
     def edge(rows: np.ndarray, lower: bool) -> np.ndarray:
         own = in_full_px(rows, factor, photo.crop.shape[1], origin)
@@ -307,7 +315,7 @@ def _of_edges(photo: _Photo, edges: Edges) -> Repose | str:
     stated = stated_base_line(photo.options.baseline, shape, photo.roi)
     base = find_base_line(edges, shape, stated, photo.camera, not photo.seeds_only)
     if base is None:
-        return NO_FOOT
+        return tr(NO_FOOT)
     surface = edges.top
     if photo.seeds_only:  # beside them is the plate
         surface = np.fmin(surface, base.at(np.arange(shape[1])))
@@ -327,8 +335,10 @@ def _of_region(photo: _Photo, region: Region) -> Repose | str:
     found = [cut for cut in cuts if isinstance(cut, Repose)]
     likely = float(region.weights[shown].sum())
     if likely <= 0.5:
-        why = f"no such pile is seen with a probability of {100 * (1 - likely):.0f} %"
-        agreed = agreed.doubted(f"{why}: name it by --roi")
+        why = tr(
+            "no such pile is seen with a probability of {:.0f} %", 100 * (1 - likely)
+        )
+        agreed = agreed.doubted(tr("{}: name it by --roi", why))
     agreed = _with_base_error(photo, agreed, start.zoom)
     return _widened(agreed, found, region.weights[shown])
 
@@ -380,7 +390,7 @@ def _at_base_line(
         return heap.problem
     if options.side:
         flanks = (
-            f if f.side == options.side else replace(f, problem="a wall, as stated")
+            f if f.side == options.side else replace(f, problem=STATED_WALL)
             for f in heap.flanks
         )
         heap = replace(heap, flanks=tuple(flanks))
@@ -394,8 +404,11 @@ def _at_base_line(
     ]
     slopes = tuple(fit for fit in fits if fit is not None)
     if not slopes:
-        return NO_SLOPE + "; ".join(
-            sorted({f.problem for f in heap.flanks if f.problem} or {NO_LINE})
+        return tr(NO_SLOPE) + "; ".join(
+            sorted(
+                {tr(f.problem or NO_LINE) for f in heap.flanks if f.problem}
+                or {tr(NO_LINE)}
+            )
         )
     crest_x = (heap.crest + 0.5) * factor - 0.5
     fitted = {s.side for s in slopes}
@@ -411,9 +424,11 @@ def _at_base_line(
     x0, y0 = photo.roi[:2]
     crest = (crest_x + x0, float(base.at(crest_x)) - heap.height_px * factor + y0)
     low, high = options.window
-    definition = (
-        f"line through {100 * low:.0f}–{100 * high:.0f} % of the crest's height; base"
-        f" line: {base.source}"
+    definition = tr(
+        "line through {:.0f}–{:.0f} % of the crest's height; base line: {}",
+        100 * low,
+        100 * high,
+        base.source,
     )
     if base.pitch_deg > 0:
         quantities = tuple(_as_level(q, base.pitch_deg, options) for q in quantities)
@@ -436,14 +451,18 @@ def _at_base_line(
 def _notes(layered: tuple[str, ...], heap: Heap, wide: float) -> Iterator[str]:
     """What was left out; what leans on the picture's border may go on beyond it."""
     if layered:
-        beside = " and ".join(layered)
-        yield f"a layer of seeds beside the heap ({beside}) is left out"
+        beside = tr(" and ").join(layered)
+        yield tr("a layer of seeds beside the heap ({}) is left out", beside)
     margin = max((1 - LEAST_BESIDE) * wide, 2.0)
     for flank in heap.flanks:
         if flank.problem == WALL and not margin < flank.toe < wide - 1 - margin:
             yield (
-                f"the heap reaches the picture's {flank.side} border, where it is taken"
-                " to lean on a wall: if it goes on, its angle is a part's"
+                tr(
+                    "the heap reaches the picture's {} border, where it is"
+                    " taken to lean on a wall: if it goes on, its angle is a"
+                    " part's",
+                    flank.side,
+                )
             )
 
 
@@ -465,39 +484,44 @@ def _doubts(
     told = photo.seeds_only or heap.walls or photo.options.roi is not None
     pitch = f"{found.base.pitch_deg:.0f}°"
     reasons = (
-        (found.base.source == "toe" and not photo.seeds_only, NO_FOOT),
+        (found.base.source == "toe" and not photo.seeds_only, tr(NO_FOOT)),
         (
             foot > LEAST_BELOW * height,
-            "the pile is cut by the picture's bottom border",
+            tr("the pile is cut by the picture's bottom border"),
         ),
         (
             found.base.pitch_deg > MOST_PITCH_DEG,
-            f"the camera looks down by about {pitch}: the pile's foot is bowed",
+            tr("the camera looks down by about {}: the pile's foot is bowed", pitch),
         ),
         (
             (photo.options.side or heap.boxed) and not told,
-            "the wall that the heap leans on is not told from it: name the heap by"
-            " --roi",
+            tr(
+                "the wall that the heap leans on is not told from it: name the heap by"
+                " --roi"
+            ),
         ),
     )
     yield from (why for holds, why in reasons if holds)
     yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     fitted = {s.side for s in found.slopes}
     for flank in heap.flanks:
-        if flank.side not in fitted and not flank.problem.startswith("a wall"):
-            yield f"{flank.side} side: {flank.problem or NO_LINE}"
+        if flank.side not in fitted and not flank.at_wall:
+            yield f"{flank.side} side: {tr(flank.problem or NO_LINE)}"
     margin = (1 - LEAST_BESIDE) * width
     for side, toe in zip(("left", "right"), found.toes):
         if toe is not None and not margin < toe < width - 1 - margin:
-            yield f"the pile's foot is cut by the picture's {side} border"
+            yield tr("the pile's foot is cut by the picture's {} border", side)
     if len(found.slopes) == 2:
         left, right = found.slopes
         apart = abs(left.angle_deg - right.angle_deg)
         sd = np.hypot(left.line.angle_sd_deg, right.line.angle_sd_deg)
         if apart > max(3 * np.hypot(sd, 2 * horizontal_sd), MOST_LOPSIDED_DEG):
             yield (
-                f"left and right differ by {apart:.1f}°: the camera or the plate is"
-                " tilted, or the heap is lopsided"
+                tr(
+                    "left and right differ by {:.1f}°: the camera or the plate"
+                    " is tilted, or the heap is lopsided",
+                    apart,
+                )
             )
 
 
@@ -542,8 +566,8 @@ def _side_angles(
         if slope := fitted.get(flank.side):
             q = Quantity(name, slope.angle_deg, slope.angle_sd_deg, "deg")
             yield q.doubt(*unlevel)
-        elif not flank.problem.startswith("a wall"):
-            yield failed(name, "deg", flank.problem or NO_LINE)
+        elif not flank.at_wall:
+            yield failed(name, "deg", tr(flank.problem or NO_LINE))
 
 
 def _foot_of(line: Line, base: BaseLine, above: float) -> float:
@@ -566,12 +590,10 @@ def _height_over_radius(
     name = "height_over_radius_angle"
     crest_x = (heap.crest + 0.5) * factor - 0.5
     known = [abs(t - crest_x) for t in toes if t is not None]
-    complete = len(slopes) == 2 or any(
-        f.problem.startswith("a wall") for f in heap.flanks
-    )
+    complete = len(slopes) == 2 or any(f.at_wall for f in heap.flanks)
     if not known or not complete:
         return failed(
-            name, "deg", "the pile's foot is not in the picture on both sides"
+            name, "deg", tr("the pile's foot is not in the picture on both sides")
         )
     radius, height = float(np.mean(known)), heap.height_px * factor * (1 - TOE)
     ratio = height / radius

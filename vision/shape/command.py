@@ -10,6 +10,7 @@ from PIL import Image
 from rich.text import Text
 
 from benchtwin.bench.exits import DONE, FAILED, say
+from benchtwin.bench.language import tr
 from benchtwin.bench.outlets import csv_text, plain
 from benchtwin.bench.terminal import Terminal
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
@@ -116,15 +117,17 @@ def _photos(paths: list[Path]) -> list[Path]:
             inside = sorted(
                 p for p in path.iterdir() if p.suffix.lower() in PHOTO_SUFFIXES
             )
-            require(inside, f"{path}: no photo in it ({', '.join(PHOTO_SUFFIXES)})")
+            require(
+                inside, tr("{}: no photo in it ({})", path, ", ".join(PHOTO_SUFFIXES))
+            )
             found += inside
         elif path.is_file():
             found.append(path)
         else:
-            raise MeasurementError(f"{path}: no such file or folder")
+            raise MeasurementError(tr("{}: no such file or folder", path))
     if twice := {p.name for p in found if sum(q.name == p.name for q in found) > 1}:
         raise MeasurementError(
-            f"{min(twice)}: two photos of one name; seeds are named by their photo"
+            tr("{}: two photos of one name; seeds are named by their photo", min(twice))
         )
     return found
 
@@ -142,7 +145,12 @@ def _show(content: dict, notes: tuple[str, ...], out: Path) -> None:
     print(
         *(f"doubtful: {doubt}" for doubt in content["doubts"]),
         *notes,
-        f"Seeds: {out / SEEDS}; summary: {out / SUMMARY}; look at {out / 'overlays'}"
-        f" and {out / 'outlines.png'}",
+        tr(
+            "Seeds: {}; summary: {}; look at {} and {}",
+            out / SEEDS,
+            out / SUMMARY,
+            out / "overlays",
+            out / "outlines.png",
+        ),
         sep="\n",
     )

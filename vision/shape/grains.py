@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.board.view import BoardView, sheet_mask
 from benchtwin.vision.measurement import (
@@ -38,6 +39,11 @@ MOST_SOFTNESS = 1.8
 # Edges of seeds without shadow lean by .017 at most on average, each by .02; those of
 # dark seeds with as dark a shadow by .08.
 LEAST_LEAN, LEAN_SD = 0.04, 0.02
+AT_BORDER = "cut by the picture's border"
+TOO_SMALL = "too small for a seed"
+TOO_LARGE = "too large for a seed"
+HIDDEN = "too much of its edge is hidden by neighbours"
+AT_SHEET = "it touches the board's sheet"
 ONE_LAMP = (
     "the edges of all seeds are softer on one side: a shadow is measured with them;"
     " light them from all sides"
@@ -52,7 +58,7 @@ SIZES = tuple(
 )
 THING = (
     *("x_px", "y_px", *SIZES, "angle_deg", "area_px", "area_mm2"),
-    *("quality", "reason", "edge", "hidden", "lean_x", "lean_y"),
+    *("quality", "rejected", "reason", "edge", "hidden", "lean_x", "lean_y"),
 )
 
 
@@ -62,9 +68,10 @@ class Grains:
 
     things: a row for each, of columns THING. Lengths in mm are NaN where the scale is
     unknown; edge (n, 2): outline [px]. quality failed: no whole seed, not part of the
-    distribution; reason says why. angle_deg: direction of the length, clockwise from
-    the picture's x axis, −90 to 90. hidden: share of the edge that neighbours cover,
-    where an ellipse replaces it. lean_x, lean_y: see Edge.
+    distribution; reason says why, rejected is the kind of reason (AT_BORDER …).
+    angle_deg: direction of the length, clockwise from the picture's x axis, −90 to 90.
+    hidden: share of the edge that neighbours cover, where an ellipse replaces it.
+    lean_x, lean_y: see Edge.
 
     **Length** is the largest, **width** the smallest Feret diameter. Thickness cannot
     be seen from above. A seed's widest section lies about half its thickness t above
@@ -163,17 +170,20 @@ def measure_seeds(
         or image.ndim not in (2, 3)
     ):
         raise MeasurementError(
-            "a picture must be grey or RGB with 8 or 16 bits a channel"
+            tr("a picture must be grey or RGB with 8 or 16 bits a channel")
         )
     if image.ndim == 3 and image.shape[2] != 3:
         image = image[..., 0]
     if min(image.shape[:2]) < 24:
         raise MeasurementError(
-            f"the picture is too small ({image.shape[1]} × {image.shape[0]} px) to"
-            " measure seeds in it"
+            tr(
+                "the picture is too small ({} × {} px) to measure seeds in it",
+                image.shape[1],
+                image.shape[0],
+            )
         )
     if isinstance(scale, int | float) and not (np.isfinite(scale) and scale > 0):
-        raise MeasurementError(f"mm_per_px = {scale} is not a scale")
+        raise MeasurementError(tr("mm_per_px = {} is not a scale", scale))
     board = board or (scale if isinstance(scale, BoardView) else None)
     region = None if board is None else sheet_mask(image.shape[:2], board)
     relief = make_relief(image, region)
@@ -184,12 +194,12 @@ def measure_seeds(
     seen = things[things.quality != FAILED]
     if seen.empty:
         why = f" ({things.reason[0]})" if len(things) else ""
-        raise MeasurementError(f"no whole seed found in the picture{why}")
+        raise MeasurementError(tr("no whole seed found in the picture{}", why))
     if _all_lean(seen):
-        things = doubted(things, ONE_LAMP)
-    notes = ["thickness cannot be seen from above"]
+        things = doubted(things, tr(ONE_LAMP))
+    notes = [tr("thickness cannot be seen from above")]
     if isinstance(scale, BoardView):
-        notes += [f"the scale's board: {doubt}" for doubt in scale.doubts]
+        notes += [tr("the scale's board: {}", doubt) for doubt in scale.doubts]
     row = max(float(np.nanmedian(things.length_px)), 1.0)
     # in rows, each from left to right
     order = np.lexsort((things.x_px, (things.y_px / row).round()))
@@ -202,7 +212,7 @@ def _find_grains(
 ) -> Iterator[tuple | None]:
     """A row of THING for every connected patch of the mask, several for touching seeds;
     rejected things too."""
-    yield from (_rejected(other, "too large for a seed") for other in relief.others)
+    yield from (_rejected(other, TOO_LARGE) for other in relief.others)
     contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[
         0
     ]
@@ -233,11 +243,11 @@ def _grain(
     area = cv2.contourArea(piece.outline.astype(np.float32))
     if area < 0.25 * typical:
         if area >= 0.1 * typical:
-            return _rejected(piece.outline, "too small for a seed")
+            return _rejected(piece.outline, TOO_SMALL)
         return None
     edge = find_edge(relief.height, piece.outline, piece.free)
     if edge is None:
-        return _rejected(piece.outline, "too much of its edge is hidden by neighbours")
+        return _rejected(piece.outline, HIDDEN)
     return _sized(edge, scale, relative_sd, _doubts(edge, area, typical))
 
 
@@ -260,7 +270,7 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> tuple:
         for size, sd, seen in zip(mm, px_sd, px, strict=True)
     ]
     sizes = np.array([px, px_sd, mm, mm_sd]).reshape(2, 2, 2).swapaxes(1, 2)
-    told = DOUBTFUL if doubts else GOOD, "; ".join(doubts)
+    told = DOUBTFUL if doubts else GOOD, "", "; ".join(doubts)
     numbers = (x, y, *sizes.ravel().tolist(), angle, area, area_mm2)
     return (*numbers, *told, edge.points, edge.hidden, *edge.lean)
 
@@ -278,28 +288,31 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
     told = (
         (
             edge.hidden > 0.3,
-            f"{100 * edge.hidden:.0f} % of its edge is hidden by neighbours",
+            tr("{:.0f} % of its edge is hidden by neighbours", 100 * edge.hidden),
         ),
         (
             edge.lost > 0.25,
-            f"no clear edge over {100 * edge.lost:.0f} % of its outline",
+            tr("no clear edge over {:.0f} % of its outline", 100 * edge.lost),
         ),
         (
             soft,
-            "its edge is soft or darker on one side: a shadow may be measured with it",
+            tr(
+                "its edge is soft or darker on one side: a shadow may be"
+                " measured with it"
+            ),
         ),
         (
             solidity(edge.points.astype(np.float32)) < 0.95,
-            "its outline is dented: two seeds, or a broken one",
+            tr("its outline is dented: two seeds, or a broken one"),
         ),
-        (ellipse_agreement(edge.points) < 0.93, "its outline is no ellipse"),
+        (ellipse_agreement(edge.points) < 0.93, tr("its outline is no ellipse")),
         (
             edge.rim_drop > 0.25,
-            "its rim is much fainter than its middle, its edge uncertain",
+            tr("its rim is much fainter than its middle, its edge uncertain"),
         ),
         (
             not 1 / ALIKE < area / typical < ALIKE,
-            f"its area is {area / typical:.1g} times that of most",
+            tr("its area is {:.1g} times that of most", area / typical),
         ),
     )
     return [why for holds, why in told if holds]
@@ -320,8 +333,10 @@ def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
     areas = np.array(lone)
     require(
         len(areas),
-        "no seeds stand out from the ground; spread them on paper or cloth of a"
-        " contrasting colour",
+        tr(
+            "no seeds stand out from the ground; spread them on paper or cloth of a"
+            " contrasting colour"
+        ),
     )
     apart = np.abs(np.log(areas[:, None] / areas))
     alike = apart < np.log(ALIKE)
@@ -344,20 +359,24 @@ def _rejection(
             region[y + dy, x + dx].any()
             for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))
         ):
-            return "it touches the board's sheet"
+            return AT_SHEET
     told = (
-        (_at_border(patch, relief.mask.shape), "cut by the picture's border"),
-        (area < 0.25 * typical, "too small for a seed"),
-        (area > 3.5 * typical and solidity(patch) >= CONVEX, "too large for a seed"),
+        (_at_border(patch, relief.mask.shape), AT_BORDER),
+        (area < 0.25 * typical, TOO_SMALL),
+        (
+            area > 3.5 * typical and solidity(patch) >= CONVEX,
+            TOO_LARGE,
+        ),
     )
     return next((why for holds, why in told if holds), "")
 
 
-def _rejected(patch: np.ndarray, reason: str) -> tuple:
+def _rejected(patch: np.ndarray, why: str) -> tuple:
     edge, unknown = patch.astype(float), float("nan")
     (x, y), area = centroid(edge)
     sizes = (unknown,) * (len(SIZES) + 1)
-    return (x, y, *sizes, area, unknown, FAILED, reason, edge, 0.0, unknown, unknown)
+    said = (area, unknown, FAILED, why, tr(why))
+    return (x, y, *sizes, *said, edge, 0.0, unknown, unknown)
 
 
 def _at_border(patch: np.ndarray, shape: tuple[int, int]) -> bool:

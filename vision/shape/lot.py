@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.language import tr
 from benchtwin.bench.section import SIZE_LIMITS_MM
 from benchtwin.vision.measurement import MeasurementError, require
 from benchtwin.vision.shape.outline import from_fourier_terms
@@ -77,24 +78,38 @@ def read_lot(folder: Path) -> Lot:
         key = (str(row["photo"]), int(row["seed"]))
         if (outline := outlines.get(key)) is None:
             raise MeasurementError(
-                f"{folder / OUTLINES}: no outline of seed {key[0]}:{key[1]}, which"
-                f" {SEEDS} lists as whole"
+                tr(
+                    "{}: no outline of seed {}:{}, which {} lists as whole",
+                    folder / OUTLINES,
+                    key[0],
+                    key[1],
+                    SEEDS,
+                )
             )
         if list(outline["harmonic"]) != list(range(1, len(outline) + 1)):
             raise MeasurementError(
-                f"{folder / OUTLINES}: seed {key[0]}:{key[1]}: harmonic must be 1, 2, 3"
-                " … without a gap"
+                tr(
+                    "{}: seed {}:{}: harmonic must be 1, 2, 3 … without a gap",
+                    folder / OUTLINES,
+                    key[0],
+                    key[1],
+                )
             )
         sizes = [float(row[f"{name}_mm"]) for name in SIZES]
         for name, size in zip(SIZES[:2], sizes):
             if not SIZE_LIMITS_MM[0] <= size <= SIZE_LIMITS_MM[1]:
                 raise MeasurementError(
-                    f"{folder / SEEDS}: seed {key[0]}:{key[1]}: {name}_mm must be 0.05"
-                    " to 2000"
+                    tr(
+                        "{}: seed {}:{}: {}_mm must be 0.05 to 2000",
+                        folder / SEEDS,
+                        key[0],
+                        key[1],
+                        name,
+                    )
                 )
         terms = outline[["ax", "bx", "ay", "by"]].to_numpy(float)
         seeds.append(MeasuredSeed(*key, *sizes, terms))
-    require(seeds, f"{folder / SEEDS}: no whole seed in it")
+    require(seeds, tr("{}: no whole seed in it", folder / SEEDS))
     return Lot(tuple(seeds))
 
 
@@ -103,26 +118,33 @@ def _table(file: Path, columns: tuple[str, ...]) -> pd.DataFrame:
         table = pd.read_csv(file, dtype={"photo": str, "kind": str, "reason": str})
     except FileNotFoundError:
         raise MeasurementError(
-            f"{file}: is missing; benchtwin shape writes it"
+            tr("{}: is missing; benchtwin shape writes it", file)
         ) from None
     except (ValueError, OSError) as error:
-        raise MeasurementError(f"{file}: cannot be read as a table: {error}") from error
+        raise MeasurementError(
+            tr("{}: cannot be read as a table: {}", file, error)
+        ) from error
     if missing := [name for name in columns if name not in table]:
-        raise MeasurementError(f"{file}: column {missing[0]} is missing")
+        raise MeasurementError(tr("{}: column {} is missing", file, missing[0]))
     for name in set(columns) - {"photo", "kind", "reason"}:
         numbers = pd.to_numeric(table[name], errors="coerce")
         wrong = (numbers.isna() & table[name].notna()) | np.isinf(numbers)
         if wrong.any():
             row = int(wrong.argmax())
             raise MeasurementError(
-                f"{file}: row {row + 2}: {name} = {table[name].iloc[row]!r} is not a"
-                " number"
+                tr(
+                    "{}: row {}: {} = {!r} is not a number",
+                    file,
+                    row + 2,
+                    name,
+                    table[name].iloc[row],
+                )
             )
         table[name] = numbers
     for name in {"seed", "harmonic"} & set(columns):
         require(
             not table[name].isna().any(),
-            f"{file}: column {name} must hold a whole number in every row",
+            tr("{}: column {} must hold a whole number in every row", file, name),
         )
     return table
 
@@ -132,7 +154,9 @@ def doubts_of(rows: pd.DataFrame) -> list[str]:
     whole = rows[rows["kind"] == WHOLE]
     said = whole["reason"].fillna("").str.split("; ").explode()
     counts = said[said != ""].value_counts()
-    return [f"{n} of {len(whole)} whole seeds: {why}" for why, n in counts.items()]
+    return [
+        tr("{} of {} whole seeds: {}", n, len(whole), why) for why, n in counts.items()
+    ]
 
 
 def lot_summary(

@@ -9,12 +9,19 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import find_objects
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.section import PLAUSIBLE_MM, SIZE_LIMITS_MM
 from benchtwin.vision.board.view import BoardView, read_board
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import FAILED, MeasurementError, require
 from benchtwin.vision.overlay.seeds import draw_grains
-from benchtwin.vision.shape.grains import Grains, doubted, measure_seeds
+from benchtwin.vision.shape.grains import (
+    AT_BORDER,
+    TOO_SMALL,
+    Grains,
+    doubted,
+    measure_seeds,
+)
 from benchtwin.vision.shape.lot import (
     BROKEN,
     CUT,
@@ -82,24 +89,27 @@ def measure_lot_photos(
         report(photo.name)
         grains, picture = observe_seeds(photo, view.mm_per_px, view.mm_per_px_sd)
         if grains.scale is None:
-            hint = (
+            hint = tr(
                 "lay a printed board beside the seeds (benchtwin board), or state"
                 " --mm-per-px"
             )
-            raise MeasurementError(f"{photo}: its scale is unknown: {hint}")
+            raise MeasurementError(tr("{}: its scale is unknown: {}", photo, hint))
         if isinstance(grains.scale, BoardView) and grains.scale.doubts:
             raise MeasurementError(
-                f"{photo}: the scale of its board is in doubt"
-                f" ({'; '.join(grains.scale.doubts)}); state --mm-per-px"
+                tr(
+                    "{}: the scale of its board is in doubt ({}); state --mm-per-px",
+                    photo,
+                    "; ".join(grains.scale.doubts),
+                )
             )
         table, outlines = _seeds(photo.name, read_photo(photo), grains, view)
         tables.append(table)
         lines += outlines
         pictures[photo.name] = picture
         scales.append(
-            "a printed board in the picture"
+            tr("a printed board in the picture")
             if isinstance(grains.scale, BoardView)
-            else f"stated: {grains.scale:g} mm per px"
+            else tr("stated: {:g} mm per px", grains.scale)
         )
         common.append(grains.common_sd())
         seen = grains.seen
@@ -111,10 +121,13 @@ def measure_lot_photos(
     higher = _magnification_sd(seeds, view)
     shared = float(np.hypot(np.mean(common), higher))
     if view.distance_mm is None:
-        hint = f"sizes may be up to {100 * 2 * higher:.1f} % too large"
+        hint = tr("sizes may be up to {:.1f} % too large", 100 * 2 * higher)
         notes.append(
-            "the camera's distance is not stated: seeds are above the paper, so that"
-            f" {hint}; state --distance-mm"
+            tr(
+                "the camera's distance is not stated: seeds are above the"
+                " paper, so that {}; state --distance-mm",
+                hint,
+            )
         )
     terms = pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS))
     scale = "; ".join(dict.fromkeys(scales))
@@ -129,7 +142,7 @@ def with_thickness(
     seeds, whole = spread.seeds.copy(), side.seeds[side.seeds["kind"] == WHOLE]
     require(
         len(whole) >= 2,
-        "the photos of the seeds on their side show fewer than two whole seeds",
+        tr("the photos of the seeds on their side show fewer than two whole seeds"),
     )
     found = _same_places(seeds[seeds["kind"] == WHOLE], whole, spread.mm_per_px)
     if found:
@@ -229,13 +242,13 @@ def _magnification_sd(seeds: pd.DataFrame, view: View) -> float:
 
 
 def _kinds(things: pd.DataFrame, contrast: np.ndarray) -> np.ndarray:
-    seen, why = things.quality != FAILED, things.reason
+    seen, why = things.quality != FAILED, things.rejected
     area = things.area_px / max(float(np.median(things.area_px[seen])), 1e-9)
     bright = contrast / max(float(np.median(contrast[seen])), 1e-9)
     dented = things.edge.map(lambda edge: solidity(edge.astype(np.float32)) < DENTED)
     told = (
-        (why.str.contains("border"), CUT),
-        (~seen & why.str.contains("too small") & (area > 0.1), BROKEN),
+        (why == AT_BORDER, CUT),
+        ((why == TOO_SMALL) & (area > 0.1), BROKEN),
         (~seen, OTHER),
         (bright < HUSK_SHARE, HUSK),
         (things.hidden > HIDDEN, TOUCHING),
@@ -265,7 +278,7 @@ def _plausible(grains: Grains) -> Grains:
     """The grains, doubtful where no seed is so small or large; MeasurementError beyond
     what a seed's keys may say."""
     length = float(np.median(grains.seen.length_mm))
-    said = f"seeds of {length:.3g} mm: is the scale right (millimetres a pixel)?"
+    said = tr("seeds of {:.3g} mm: is the scale right (millimetres a pixel)?", length)
     require(SIZE_LIMITS_MM[0] < length <= SIZE_LIMITS_MM[1], said)
     if PLAUSIBLE_MM[0] <= length <= PLAUSIBLE_MM[1]:
         return grains
@@ -292,7 +305,7 @@ def observe_seeds(
     if scale is None:
         notes = (
             *grains.notes,
-            f"sizes are in px: no mm_per_px was given and {trouble}",
+            tr("sizes are in px: no mm_per_px was given and {}", trouble),
         )
         grains = replace(grains, notes=notes)
     return grains, draw_grains(image, grains, board)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from skimage.filters import threshold_otsu
 
+from benchtwin.bench.language import tr
 from benchtwin.bench.section import COVERAGE_LIMITS
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, require
@@ -43,7 +44,7 @@ class Covered:
         )[0]
         for border in borders:
             canvas.polygon(border[:, 0].astype(float), (90, 220, 90), 1.0)
-        said = f"seeds cover {self.share:.3f} ± {self.sd:.3f} of the plate"
+        said = tr("seeds cover {:.3f} ± {:.3f} of the plate", self.share, self.sd)
         canvas.legend([(said, (255, 255, 255))])
         return canvas.pixels
 
@@ -68,8 +69,10 @@ def measure_coverage(image: np.ndarray) -> Covered:
     levels = levels.reshape(pixels.shape[:2])
     require(
         LEAST_CONTRAST * within <= 1,
-        "seeds do not stand out from the board between them: photograph the plate"
-        " from above, with light from all sides, on a board of another colour",
+        tr(
+            "seeds do not stand out from the board between them: photograph the plate"
+            " from above, with light from all sides, on a board of another colour"
+        ),
     )
     seeds = levels > 0.5
     if _with_a_middle(~seeds) > _with_a_middle(seeds):
@@ -86,8 +89,13 @@ def measure_coverage(image: np.ndarray) -> Covered:
     least, most = COVERAGE_LIMITS
     require(
         least <= share <= most,
-        f"seeds cover {share:.2f} of the picture: one layer covers {least:g} to"
-        f" {most:g}; the plate must fill the picture",
+        tr(
+            "seeds cover {:.2f} of the picture: one layer covers {:g} to {:g};"
+            " the plate must fill the picture",
+            share,
+            least,
+            most,
+        ),
     )
     return Covered(share, float(np.sqrt(np.sum(np.square(parts)))), seeds, small)
 

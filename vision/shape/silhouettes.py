@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from skimage.filters import threshold_isodata
 
+from benchtwin.bench.language import tr
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.pile.surface import as_float, fit_illumination, illumination_at
 
@@ -70,8 +71,10 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relie
         others += tuple(o * step + step // 2 for o in outlines)
     if best is None or best.contrast < LEAST_CONTRAST:
         raise MeasurementError(
-            "no seeds stand out from the ground; spread them on paper or cloth of a"
-            " contrasting colour"
+            tr(
+                "no seeds stand out from the ground; spread them on paper or cloth of a"
+                " contrasting colour"
+            )
         )
     if others:
         size = allowed.shape[::-1]

@@ -3,6 +3,7 @@ s²)."""
 
 import numpy as np
 
+from benchtwin.bench.language import tr
 from benchtwin.infer.effect import Effect
 
 NAME, PRIOR_SD_MM = "shape-barrier", 0.1
@@ -27,7 +28,7 @@ def quadratures(count: int) -> dict[str, Effect]:
             name=f"{NAME}.{kind}.{r}",
             sector="run-out",
             unit="mm",
-            meaning=f"{kind} of the rise",
+            meaning=tr("{} of the rise", kind),
             prior_sd=PRIOR_SD_MM,
             low=-5.0,
             high=5.0,
