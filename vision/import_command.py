@@ -87,7 +87,7 @@ def _read(
 
 def _show(out: Path, drafts: list[Draft], questions: list[str]) -> None:
     for draft in drafts:
-        rows = "copied" if draft.table is None else f"{len(draft.table)} rows"
+        rows = "copied" if draft.table.empty else f"{len(draft.table)} rows"
         print(
             f"{draft.name}: {draft.rig or 'rig not known'}, {draft.evidence} ({rows})"
             f" from {draft.file.name} ({draft.tool})"

@@ -186,7 +186,7 @@ def _recording(
     defaults."""
     if isinstance(evidence, Evidence):
         scale = stated.get("camera", {}).get("mm_per_px")
-        if evidence.unitless and scale not in (None, IN_METRES):
+        if evidence.found.unitless and scale not in (None, IN_METRES):
             raise MeasurementError(
                 tr(
                     "{}: its lengths have no unit, and [camera] mm_per_px = {}"
@@ -197,7 +197,7 @@ def _recording(
                 )
             )
         kind, rig = evidence.kind, evidence.rig or None
-        stated = merge(evidence.keys, stated)
+        stated = merge(evidence.found.keys, stated)
     else:
         kind, (rig, _) = evidence, RIG_OF_KIND.get(evidence, (None, ""))
         if kind == "photos" and _series(files).kind != PHOTOS:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 
 from benchtwin.bench.language import tr
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS, rigs_in_words
@@ -70,13 +71,18 @@ def told_rig(recording: Recording) -> tuple[str, str] | None:
         column = next(c for c in columns if c in READING_COLUMNS)
         return READING_COLUMNS[column][0], tr("readings of {}", column)
     if recording.evidence == "track.csv":
-        rows = read_track(recording.files[0]).rows
-        x, y = (rows.get(f"{axis}_mm", rows.get(f"{axis}_px")) for axis in "xy")
-        time = rows["t_s"] if "t_s" in rows else rows["frame"]
-        return rig_of_motion(*(np.asarray(c, float) for c in (time, x, y)))
+        return rig_of_rows(read_track(recording.files[0]).rows)
     if recording.evidence in ("frames", "video"):
         return _rig_of_film(recording)
     return None
+
+
+def rig_of_rows(rows: pd.DataFrame) -> tuple[str, str] | None:
+    """(rig, why) of a track by its rows, as those of track.csv; None where it is
+    none's."""
+    x, y = (rows.get(f"{axis}_mm", rows.get(f"{axis}_px")) for axis in "xy")
+    time = rows["t_s"] if "t_s" in rows else rows["frame"]
+    return rig_of_motion(*(np.asarray(c, float) for c in (time, x, y)))
 
 
 def _rig_of_film(recording: Recording) -> tuple[str, str] | None:

@@ -2,7 +2,7 @@
 files by their contents.
 
 To add one: `TOOL`, its name; `recognises(source)`, whether a file is of that tool;
-`read(source)`, its contents; a line in READERS."""
+`read(source)`, its contents, or its tracks as they stand; a line in READERS."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -20,8 +20,9 @@ from benchtwin.vision.foreign import (
     trackmate,
     waveform,
 )
-from benchtwin.vision.foreign.contents import Contents
+from benchtwin.vision.foreign.contents import Contents, Tracked
 from benchtwin.vision.foreign.source import Source
+from benchtwin.vision.foreign.unit_inference import infer_units
 from benchtwin.vision.measurement import MeasurementError
 
 READERS: tuple[ModuleType, ...] = (
@@ -70,7 +71,10 @@ def _read(path: Path, time: int, size: int) -> Contents:
             f"{path}: no tool is known to write such a file (docs/import.md lists those"
             " that are read)"
         )
-    return reader.read(source)
+    found = reader.read(source)
+    if isinstance(found, Tracked):
+        return infer_units(path, reader.TOOL, found)
+    return found
 
 
 @lru_cache(maxsize=2)

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.vision.foreign.contents import Contents
+from benchtwin.vision.foreign.contents import Asked, Contents
 from benchtwin.vision.foreign.source import TIME, Source, column, name_and_unit
 from benchtwin.vision.measurement import require
 
@@ -109,8 +109,9 @@ def plate_tilt(
         " sliding: write it to readings.csv as slide_angle_deg"
     )
     sections = {"slide": keys} if keys else {}
+    questions = (Asked(motion), Asked(stopped))
     return Contents(
-        tool, tilt=table, keys=sections, guesses=(flat,), questions=(motion, stopped)
+        tool, tilt=table, keys=sections, guesses=(flat,), questions=questions
     )
 
 

@@ -1,9 +1,7 @@
-"""Tracks and impact times as tables, whatever tool wrote the file, with keys for
-recording.toml."""
+"""The recordings in a file of another tool as tables, whatever tool wrote it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,37 +16,73 @@ from benchtwin.vision.measurement import MeasurementError, require
 
 @dataclass(frozen=True)
 class Evidence:
-    """kind: "track.csv", "impacts.csv" or "sound"; rig: "drop" where it can be nothing
-    else, else ""; keys: that the file states."""
+    """One recording in a file. kind: "track.csv", "impacts.csv", "tilt.csv",
+    "readings.csv" or "sound"; rig, why: that of which it is, "" where it is not told;
+    rows: of the table of that kind, none of a sound; number: from 1, 0 where it is the
+    only one; notes: on which of several it is."""
 
+    found: Contents
     kind: str
-    rig: str
-    keys: dict[str, dict[str, Any]]
-    unitless: bool = False
+    rig: str = ""
+    why: str = ""
+    rows: pd.DataFrame = field(default_factory=pd.DataFrame)
+    number: int = 0
+    notes: tuple[str, ...] = ()
+
+
+def evidence_in(path: Path, number: int | None = None) -> list[Evidence]:
+    """The recordings in a file of another tool, or the one of that number (from 1).
+    Several tracks are one recording, of which one is taken, unless they are repeats:
+    the longest that falls, or else the longest."""
+    found = read_foreign(path)
+    for kind, rig, why, held in (
+        ("tilt.csv", "slide", "a plate tilts", found.tilt),
+        ("readings.csv", "drop", "heights of rebounds were read off", found.readings),
+        ("sound", "drop", "impacts were heard", found.waveform),
+    ):
+        if held is not None:
+            rows = pd.DataFrame() if isinstance(held, Sound) else held
+            return [Evidence(found, kind, rig, why, rows)]
+    count = len(found.runs or found.tracks)
+    several = "runs of impact times" if found.runs else f"track{'s' * (count > 1)}"
+    require(
+        number is None or 1 <= number <= count,
+        f"{path}: --track {number}: it holds {count} {several}",
+    )
+    if found.runs:
+        heard = enumerate(found.runs, 1)
+        return [_run(path, found, *one) for one in heard if number in (None, one[0])]
+    if found.repeats:
+        numbers = [number] if number else range(1, count + 1)
+        return [
+            _track(found, k, f"repeat {k} of {count}: {found.tracks[k - 1].name}")
+            for k in numbers
+        ]
+    return [_track(found, number, "") if number else _likeliest(found)]
 
 
 def evidence_of(path: Path) -> Evidence:
-    """The kind of evidence in the file; MeasurementError where it cannot be measured
+    """The one recording in the file; MeasurementError where it cannot be measured
     directly."""
-    found = read_foreign(path)
-    if found.runs:
-        return Evidence("impacts.csv", "drop", found.keys)
-    if found.waveform is not None:
-        return Evidence("sound", "drop", found.keys)
+    one, *others = evidence_in(path)
     require(
-        found.readings is None,
+        one.kind != "readings.csv",
         f"{path}: heights that were read off: `benchtwin import` makes a"
         " readings.csv of them",
     )
-    if found.tilt is not None:
-        low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
+    if (tilt := one.found.tilt) is not None:
+        low, high = tilt["tilt_deg"].min(), tilt["tilt_deg"].max()
         raise MeasurementError(
             f"{path}: the angle of a plate ({low:.3g} to {high:.3g}°), and no motion:"
-            f" {found.questions[0]}"
+            f" {one.found.questions[0]}"
         )
-    point_track, _ = choose_track(path, found, None)
-    rig = "drop" if found.aside or falls_freely(found, point_track) else ""
-    return Evidence("track.csv", rig, found.keys, found.unitless)
+    several = "repeats" if one.found.repeats else "runs of impact times"
+    require(
+        not others,
+        f"{path}: {1 + len(others)} {several} in it: `benchtwin import` makes a"
+        " recording of each",
+    )
+    return one
 
 
 def read_track(path: Path) -> Table:
@@ -56,27 +90,21 @@ def read_track(path: Path) -> Table:
     on what was assumed."""
     if not tool_of(path):
         return read_track_csv(path)
-    found = read_foreign(path)
-    require(found.tracks, f"{path}: no track in it")
-    require(not found.doubt, f"{path}: {found.doubt}")
-    point_track, choice = choose_track(path, found, None)
-    guesses = (f"taken to be so: {g}" for g in found.guesses)
-    questions = (f"not known: {q}" for q in found.questions)
-    return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
+    one = evidence_of(path)
+    require(one.kind == "track.csv", f"{path}: no track in it")
+    require(not one.found.doubt, f"{path}: {one.found.doubt}")
+    guesses = (f"taken to be so: {g}" for g in one.found.guesses)
+    questions = (f"not known: {q}" for q in one.found.questions)
+    return Table(one.rows, (*one.notes, *guesses, *questions))
 
 
 def read_impacts(path: Path) -> Table:
     """An impacts.csv as it is; a file of another tool converted to its columns."""
     if not tool_of(path):
         return read_impacts_csv(path)
-    runs = read_foreign(path).runs
-    require(runs, f"{path}: no impact times in it")
-    require(
-        len(runs) <= 1,
-        f"{path}: {len(runs)} runs of impact times in it: `benchtwin import` makes"
-        " a recording of each",
-    )
-    return Table(impact_rows(path, *runs[0]))
+    one = evidence_of(path)
+    require(one.kind == "impacts.csv", f"{path}: no impact times in it")
+    return Table(one.rows)
 
 
 def read_heard(path: Path) -> Sound:
@@ -89,32 +117,6 @@ def read_heard(path: Path) -> Sound:
     return heard
 
 
-def choose_track(
-    path: Path, found: Contents, number: int | None
-) -> tuple[PointTrack, tuple[str, ...]]:
-    """The track of that number (from 1); without a number the longest that falls, or
-    else the longest; and a note on the choice."""
-    tracks = found.tracks
-    require(
-        number is None or 1 <= number <= len(tracks),
-        f"{path}: --track {number}: it holds {len(tracks)}"
-        f" track{'s' * (len(tracks) > 1)}",
-    )
-    if number is None and found.repeats:
-        raise MeasurementError(
-            f"{path}: {len(tracks)} repeats in it: `benchtwin import` makes a recording"
-            " of each"
-        )
-    if number is not None or len(tracks) == 1:
-        return tracks[(number or 1) - 1], ()
-    falling = [t for t in tracks if falls_freely(found, t)]
-    best = max(falling or tracks, key=lambda t: len(t.time))
-    place = next(k for k, t in enumerate(tracks, 1) if t is best)
-    which = "the longest that falls" if falling else "the longest; none falls"
-    name = best.name or "without a name"
-    return best, (f"{len(tracks)} tracks: number {place} ({name}) is taken, {which}",)
-
-
 def falls_freely(found: Contents, point_track: PointTrack) -> bool:
     """Whether a track is a free fall: a parabola, downwards, with the acceleration of
     gravity where units are known."""
@@ -125,20 +127,44 @@ def falls_freely(found: Contents, point_track: PointTrack) -> bool:
     return not units_known or bool(found.doubt) or fits_gravity(fall.acceleration)
 
 
-def track_rows(found: Contents, point_track: PointTrack) -> pd.DataFrame:
-    """Rows of track.csv."""
-    names = ("t_s" if found.time_unit == "s" else "frame", "x_{}", "y_{}")
-    columns = (point_track.time, point_track.x, point_track.y)
-    unit = found.length_unit
-    return pd.DataFrame({n.format(unit): c for n, c in zip(names, columns)})
+def _likeliest(found: Contents) -> Evidence:
+    """Of several tracks the longest that falls, or else the longest."""
+    tracks, note = found.tracks, ""
+    falling = [t for t in tracks if falls_freely(found, t)]
+    best = max(falling or tracks, key=lambda t: len(t.time))
+    number = next(k for k, t in enumerate(tracks, 1) if t is best)
+    if len(tracks) > 1:
+        which = "the longest that falls" if falling else "the longest; none falls"
+        name = best.name or "without a name"
+        note = f"{len(tracks)} tracks: number {number} ({name}) is taken, {which}"
+    return _track(found, number, note)
 
 
-def impact_rows(path: Path, name: str, times: np.ndarray) -> pd.DataFrame:
-    """Rows of impacts.csv."""
+def _track(found: Contents, number: int, note: str) -> Evidence:
+    """A track as rows of track.csv."""
+    one, unit = found.tracks[number - 1], found.length_unit
+    why = "it falls freely" if falls_freely(found, one) else ""
+    if found.aside and not why:
+        why = "it falls freely, along x"
+    clock = "t_s" if found.time_unit == "s" else "frame"
+    rows = pd.DataFrame({clock: one.time, f"x_{unit}": one.x, f"y_{unit}": one.y})
+    notes = (note.rstrip(": "),) if note else ()
+    number = number if found.repeats else 0
+    return Evidence(found, "track.csv", "drop" * bool(why), why, rows, number, notes)
+
+
+def _run(
+    path: Path, found: Contents, number: int, run: tuple[str, np.ndarray]
+) -> Evidence:
+    """Impact times as rows of impacts.csv."""
+    (name, times), count = run, len(found.runs)
     if len(times) < 2 or not (np.diff(times) > 0).all():
         which = f"the impact times of {name}" if name else "its impact times"
         raise MeasurementError(
             f"{path}: {which} do not increase; they should, one after the other, two or"
             " more"
         )
-    return pd.DataFrame({"t_s": times})
+    notes = (f"run {number} of {count}: {name}",) if name else ()
+    rows, number = pd.DataFrame({"t_s": times}), number if count > 1 else 0
+    why = "impacts were heard"
+    return Evidence(found, "impacts.csv", "drop", why, rows, number, notes)

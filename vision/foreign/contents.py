@@ -1,7 +1,7 @@
 """What a file of another tool contains, whichever tool wrote it: tracks, impact times
 or a plate's tilt."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,8 @@ from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, require
 
 LEAST_ROWS = 3
+# name and rows (time, x, y) of each track
+Listed = Sequence[tuple[str, np.ndarray | Sequence[Sequence[float]]]]
 LARGEST = 1e9  # of a place or time, in any unit
 
 
@@ -25,6 +27,48 @@ class PointTrack:
     time: np.ndarray
     x: np.ndarray
     y: np.ndarray
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question, and the keys that answer it: "[seed] length_mm, width_mm", "rig" at
+    the file's top, "" for no key."""
+
+    words: str
+    answer: str = ""
+
+    def __str__(self) -> str:
+        return ": ".join(filter(None, (self.answer, self.words)))
+
+    @property
+    def section(self) -> str:
+        return self.answer.rpartition("] ")[0].lstrip("[")
+
+    @property
+    def keys(self) -> list[str]:
+        return [key for key in self.answer.rpartition("] ")[2].split(", ") if key]
+
+    def beside(self, stated: Mapping[str, Mapping[str, Any]]) -> "Asked | None":
+        """Of the keys that are not stated; None where all are."""
+        rest = [k for k in self.keys if k not in stated.get(self.section, {})]
+        answer = self.answer.replace(", ".join(self.keys), ", ".join(rest))
+        return Asked(self.words, answer) if rest or not self.keys else None
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Tracks as a file holds them: name and rows (time, x, y) of each; their units, of
+    TIME or FRAMES and of LENGTH or PIXELS, and whether y is "up" or "down", each ""
+    where the file does not state it. The rest as in Contents."""
+
+    listed: Listed
+    time_unit: str = ""
+    length_unit: str = ""
+    up: str = ""
+    keys: dict[str, dict[str, Any]] = field(default_factory=dict)
+    guesses: Sequence[str] = ()
+    questions: Sequence[Asked] = ()
+    repeats: bool = False
 
 
 @dataclass(frozen=True)
@@ -50,44 +94,34 @@ class Contents:
     readings: pd.DataFrame | None = None
     keys: dict[str, dict[str, Any]] = field(default_factory=dict)
     guesses: tuple[str, ...] = ()
-    questions: tuple[str, ...] = ()
+    questions: tuple[Asked, ...] = ()
     doubt: str = ""
     unitless: bool = False
     repeats: bool = False
     aside: bool = False
 
 
-def point_track(
-    path: Path, name: str, time: np.ndarray, x: np.ndarray, y: np.ndarray
-) -> PointTrack | None:
-    """A track of the rows without NaN, sorted by time; None for fewer than LEAST_ROWS,
-    an error for two places at one time."""
-    rows = pd.DataFrame({"time": time, "x": x, "y": y}, dtype=float)
-    rows = rows[np.isfinite(rows).all(axis=1)].drop_duplicates()
-    rows = rows.sort_values("time", kind="stable")
-    if len(rows) < LEAST_ROWS:
-        return None
-    which = name or "the track"
-    require(
-        rows.abs().to_numpy().max() <= LARGEST,
-        f"{path}: {which} holds a place or time above {LARGEST:g}, which cannot be",
-    )
-    if len(twice := rows.time[rows.time.duplicated()]):
-        at = f"the time {twice.iloc[0]:g}"
-        raise MeasurementError(f"{path}: {which} has two places at {at}; keep one")
-    return PointTrack(name, *rows.to_numpy().T)
-
-
-def tracks_of(
-    path: Path, listed: Iterable[tuple[str, Iterable[Sequence[float]]]]
-) -> tuple[PointTrack, ...]:
+def tracks_of(path: Path, listed: Listed) -> tuple[PointTrack, ...]:
     """The tracks of which name and rows (time, x, y) are listed, those of fewer than
     LEAST_ROWS left out; MeasurementError where none is left."""
     found = []
-    for name, rows in listed:
-        columns = np.array([*rows], float).reshape(-1, 3).T
-        found.append(point_track(path, name, *columns))
-    return require_tracks(path, found)
+    for name, each in listed:
+        rows = pd.DataFrame(np.asarray(each, float).reshape(-1, 3))
+        rows = rows[np.isfinite(rows).all(axis=1)].drop_duplicates()
+        rows = rows.sort_values(0, kind="stable")
+        if len(rows) < LEAST_ROWS:
+            continue
+        which = f"{path}: {name or 'the track'}"
+        require(
+            rows.abs().to_numpy().max() <= LARGEST,
+            f"{which} holds a place or time above {LARGEST:g}, which cannot be",
+        )
+        if len(twice := rows[0][rows[0].duplicated()]):
+            at = f"the time {twice.iloc[0]:g}"
+            raise MeasurementError(f"{which} has two places at {at}; keep one")
+        found.append(PointTrack(name, *rows.to_numpy().T))
+    require(found, f"{path}: no track of {LEAST_ROWS} or more places")
+    return tuple(found)
 
 
 def numbered(
@@ -97,12 +131,3 @@ def numbered(
     those without a number left out."""
     rows = pd.DataFrame(np.column_stack(columns)).groupby(number)
     return [(f"track {n:g}", part.to_numpy().tolist()) for n, part in rows]
-
-
-def require_tracks(
-    path: Path, found: Sequence[PointTrack | None]
-) -> tuple[PointTrack, ...]:
-    """The tracks that are not None; MeasurementError where there are none."""
-    tracks = tuple(t for t in found if t is not None)
-    require(tracks, f"{path}: no track of {LEAST_ROWS} or more places")
-    return tracks

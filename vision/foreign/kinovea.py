@@ -6,18 +6,12 @@ holds pixels, y down, and its calibration."""
 
 import math
 import re
-from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from benchtwin.vision.foreign.contents import (
-    Contents,
-    point_track,
-    tracks_of,
-)
+from benchtwin.vision.foreign.contents import Tracked
 from benchtwin.vision.foreign.source import LENGTH, Source, column
-from benchtwin.vision.foreign.unit_inference import infer_units
 from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "Kinovea"
@@ -42,18 +36,18 @@ def recognises(source: Source) -> bool:
     )
 
 
-def read(source: Source) -> Contents:
+def read(source: Source) -> Tracked:
     """The file's tracks, with the units that it names."""
     if source.is_xml:
         return _analysis(source)
     return _text(source) if source.first_lines[0].startswith(_TEXT) else _table(source)
 
 
-def _table(source: Source) -> Contents:
+def _table(source: Source) -> Tracked:
     headings = [str(h) for h in source.rows[0]]
     rows = source.rows[1:]
     path = source.path
-    time, tracks = column(path, rows, 0, "Time", 2), []
+    time, listed = column(path, rows, 0, "Time", 2), []
     for k, heading in enumerate(headings):
         if not heading.endswith("/X"):
             continue
@@ -64,11 +58,11 @@ def _table(source: Source) -> Contents:
         )
         x = column(path, rows, k, heading, 2)
         y = column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2)
-        tracks.append(point_track(path, name.removesuffix("/0"), time, x, y))
-    return infer_units(path, TOOL, tracks, "", "", "up")
+        listed.append((name.removesuffix("/0"), np.column_stack([time, x, y])))
+    return Tracked(listed, up="up")
 
 
-def _text(source: Source) -> Contents:
+def _text(source: Source) -> Tracked:
     """Blocks of lines T X Y parted by empty lines; times as h:mm:ss:hundredths or as
     numbers."""
     blocks: list[tuple[str, list[list[float]]]] = [("", [])]
@@ -95,8 +89,7 @@ def _text(source: Source) -> Contents:
             f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and"
             " a y are to be in it",
         )
-    tracks = tracks_of(source.path, blocks)
-    return infer_units(source.path, TOOL, tracks, "s" if clocked else "", "", "up")
+    return Tracked(blocks, "s" if clocked else "", up="up")
 
 
 def _seconds(text: str) -> float:
@@ -107,7 +100,7 @@ def _seconds(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-def _analysis(source: Source) -> Contents:
+def _analysis(source: Source) -> Tracked:
     root, path, guesses = source.xml, source.path, []
     step, fps = (
         source.number(root.findtext(n), n)
@@ -118,28 +111,24 @@ def _analysis(source: Source) -> Contents:
             f"{path}: AverageTimeStampsPerFrame is missing; without it its times cannot"
             " be told"
         )
-    listed = []
+    listed, rate = [], fps if fps and 0 < fps < 5e6 else None
     for track in root.iter("Track"):
         points = (
             _numbers(source, p.text, 3, "a TrackPoint", "x;y;time")
             for p in track.iter("TrackPoint")
         )
-        rows = [(np.round(stamp / step), x, y) for x, y, stamp in points]
+        rows = [(np.round(stamp / step) / (rate or 1), x, y) for x, y, stamp in points]
         listed.append(((track.get("name") or "")[:50], rows))
-    found = tracks_of(path, listed)
     keys: dict[str, dict[str, float]] = {"camera": {}}
-    if fps and 0 < fps < 5e6:
+    if rate:
         guesses.append(
-            f"{fps:.6g} frames per second, as Kinovea's capture rate; a slowed film"
+            f"{rate:.6g} frames per second, as Kinovea's capture rate; a slowed film"
             " says another rate than its camera had"
         )
-        keys["camera"]["fps"] = fps
-        found = tuple(replace(t, time=t.time / fps) for t in found)
+        keys["camera"]["fps"] = rate
     if scale := _scale(source, root):
         keys["camera"]["mm_per_px"] = scale
-    return infer_units(
-        path, TOOL, found, "s" if fps else "frame", "px", "down", keys, guesses, []
-    )
+    return Tracked(listed, "s" if rate else "frame", "px", "down", keys, guesses)
 
 
 def _scale(source: Source, root: Element) -> float | None:

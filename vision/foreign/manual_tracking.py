@@ -2,12 +2,13 @@
 Distance, Velocity, Pixel Value, in pixels, y down."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
-from benchtwin.vision.foreign.contents import Contents, numbered, tracks_of
+from benchtwin.vision.foreign.contents import Asked, Tracked, numbered
 from benchtwin.vision.foreign.source import Source, column
-from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.foreign.unit_inference import SCALE
 from benchtwin.vision.measurement import require
 
 TOOL = "ImageJ Manual Tracking"
@@ -20,7 +21,7 @@ def recognises(source: Source) -> bool:
     return bool(_TRACK.search(heading) and _SLICE.search(heading))
 
 
-def read(source: Source) -> Contents:
+def read(source: Source) -> Tracked:
     """The table's tracks; frames are numbered, and units are those that its headings
     name."""
     headings = [str(h).lower() for h in source.rows[0]]
@@ -35,19 +36,18 @@ def read(source: Source) -> Contents:
         f" {', '.join(headings)[:200]}",
     )
     number, frame, x, y = (column(path, rows, k, headings[k], 2) for k in places)
-    tracks = tracks_of(path, numbered(number, frame, x, y))
-    questions = []
+    questions: list[Asked] = []
     if "distance" in headings:
         gone = column(path, rows, headings.index("distance"), "distance", 2)
         pixels = np.hypot(np.diff(x, prepend=np.nan), np.diff(y, prepend=np.nan))
         use = (np.diff(number, prepend=np.nan) == 0) & (gone > 0) & (pixels > 0)
         scale = float(np.median(gone[use] / pixels[use])) if use.any() else 1.0
         if abs(scale - 1) > 1e-3:
-            questions.append(
-                f"its Distance says {scale:.5g} units a pixel, in the unit chosen in"
-                " ImageJ: how many millimetres is a pixel ([camera] mm_per_px)?"
-                " Without it, ratios only"
-            )
-    return infer_units(
-        path, TOOL, tracks, "frame", "px", "down", {}, ["a slice is a frame"], questions
+            says = f"its Distance says {scale:.5g} units a pixel, in the unit chosen in"
+            questions.append(replace(SCALE, words=f"{says} ImageJ; {SCALE.words}"))
+    return Tracked(
+        numbered(number, frame, x, y),
+        *("frame", "px", "down"),
+        guesses=["a slice is a frame"],
+        questions=questions,
     )

@@ -1,9 +1,8 @@
 """MTrackJ (ImageJ): .mdf, lines of "Track n …" and "Point n x y z t channel", in
 pixels, y down, t the frame."""
 
-from benchtwin.vision.foreign.contents import Contents, tracks_of
+from benchtwin.vision.foreign.contents import Tracked
 from benchtwin.vision.foreign.source import Source
-from benchtwin.vision.foreign.unit_inference import infer_units
 from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "MTrackJ"
@@ -17,7 +16,7 @@ def recognises(source: Source) -> bool:
     )
 
 
-def read(source: Source) -> Contents:
+def read(source: Source) -> Tracked:
     """The file's tracks, cluster by cluster."""
     listed: list[tuple[str, list[list[float]]]] = []
     cluster = ""
@@ -33,8 +32,7 @@ def read(source: Source) -> Contents:
         elif word == "Point":
             require(listed, f"{source.path}: line {k} is a Point before any Track")
             listed[-1][1].append(_point(source, k, rest))
-    tracks = tracks_of(source.path, listed)
-    return infer_units(source.path, TOOL, tracks, "frame", "px", "down")
+    return Tracked(listed, "frame", "px", "down")
 
 
 def _point(source: Source, line: int, cells: list[str]) -> list[float]:

@@ -9,18 +9,13 @@ such; numbers have a point or a comma. Numbers without headings are t and y, or 
 y, if something falls freely in them."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import zip_longest
 
 import numpy as np
 
 from benchtwin.vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
-from benchtwin.vision.foreign.contents import (
-    LEAST_ROWS,
-    Contents,
-    PointTrack,
-    point_track,
-)
+from benchtwin.vision.foreign.contents import LEAST_ROWS, Tracked
 from benchtwin.vision.foreign.source import (
     LENGTH,
     PIXELS,
@@ -31,7 +26,7 @@ from benchtwin.vision.foreign.source import (
     column,
     name_and_unit,
 )
-from benchtwin.vision.foreign.unit_inference import free_fall, infer_units
+from benchtwin.vision.foreign.unit_inference import free_fall
 from benchtwin.vision.measurement import require
 
 TOOL = "table of places"
@@ -148,11 +143,11 @@ def recognises(source: Source) -> bool:
     return bool(_bare(source))
 
 
-def read(source: Source) -> Contents:
+def read(source: Source) -> Tracked:
     """The tracks of all tables, with the units that their headings name. A single
     length is the height, or the way where it is called x."""
     path = source.path
-    tracks: list[PointTrack | None] = []
+    tracks: list[tuple[str, np.ndarray]] = []
     units: list[tuple[str, str]] = []
     alone: set[str] = set()
     bare = _bare(source)
@@ -175,9 +170,8 @@ def read(source: Source) -> Contents:
             "one length a row: taken as the "
             + ("way x along a straight line" if "x" in alone else "height y")
         )
-    found = infer_units(path, TOOL, tracks, time_unit, length_unit, "", guesses=guesses)
-    several = len(found.tracks) > 1 and (one_length or len(units) > 1)
-    return replace(found, repeats=several)
+    several = one_length or len(units) > 1
+    return Tracked(tracks, time_unit, length_unit, guesses=guesses, repeats=several)
 
 
 def _bare(source: Source) -> list[Heading]:
@@ -200,7 +194,7 @@ def _bare(source: Source) -> list[Heading]:
 
 def _tracks(
     source: Source, sheet: str, rows: Rows, at: int, headings: list[Heading]
-) -> list[PointTrack | None]:
+) -> list[tuple[str, np.ndarray]]:
     """The tracks of one table; sheet: its name, "" where it is the only one."""
     path = source.path
     first = at + any(isinstance(cell, str) for cell in rows[at])
@@ -214,7 +208,7 @@ def _tracks(
         f"{path}: {len(xs)} columns x and {len(ys)} columns y; each track has one"
         " of both",
     )
-    tracks: list[PointTrack | None] = []
+    tracks = []
     for k in range(max(len(xs), len(ys))):
         here = [columns[k] for columns in (xs, ys) if columns]
         left = [t for t in times if t < min(here)] or times
@@ -225,7 +219,8 @@ def _tracks(
         )
         x, y = places if len(places) == 2 else _one_length(places[0], bool(xs))
         name = next((n for n in reversed(names[: min(here) + 1]) if n), "")
-        tracks.append(point_track(path, " ".join(filter(None, (sheet, name))), t, x, y))
+        named = " ".join(filter(None, (sheet, name)))
+        tracks.append((named, np.column_stack([t, x, y])))
     return tracks
 
 

@@ -5,19 +5,14 @@ angle, pixels per unit) converts them."""
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from benchtwin.vision.foreign.contents import (
-    Contents,
-    PointTrack,
-    point_track,
-    require_tracks,
-)
+from benchtwin.vision.foreign.contents import Asked, Tracked
 from benchtwin.vision.foreign.source import LENGTH, Source
-from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.foreign.unit_inference import SCALE
 from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "Tracker"
@@ -49,7 +44,7 @@ def recognises(source: Source) -> bool:
     return source.is_xml and _ANY in source.head
 
 
-def read(source: Source) -> Contents:
+def read(source: Source) -> Tracked:
     """The project's tracks, with its clip's times, its scale and its axes."""
     panel, inside = _panel(source)
     clip, control, coords = (
@@ -73,28 +68,30 @@ def read(source: Source) -> Contents:
         f"{source.path}: no point mass that was tracked; a model or a ruler is no"
         " measurement",
     )
-    tracks = []
+    listed = []
     for item in points:
-        frames, places = _places(source, item, systems)
-        time = (start_ms + (frames - first) * step_ms) / 1000
-        tracks.append(point_track(source.path, _text(item, "name"), time, *places.T))
-    found = require_tracks(source.path, tracks)
-    return _contents(source, panel, inside, found, 1000 / step_ms, systems)
+        rows = [
+            ((start_ms + (frame - first) * step_ms) / 1000, x, y)
+            for frame, x, y in _places(source, item, systems)
+        ]
+        listed.append((_text(item, "name"), rows))
+    return _scaled(panel, inside, listed, 1000 / step_ms, systems)
 
 
-def _contents(
-    source: Source,
+def _scaled(
     panel: Element,
     inside: str,
-    tracks: tuple[PointTrack, ...],
+    listed: list[tuple[str, list[tuple[float, float, float]]]],
     fps: float,
     systems: dict[int, _System],
-) -> Contents:
+) -> Tracked:
+    """The tracks with the panel's unit and what is to be said on it."""
     guesses = [
         f"{fps:.6g} frames per second and times as {inside} says; a slowed film says"
         " another rate than its camera had"
     ]
-    questions, keys = [], {"camera": {"fps": round(fps, 6)}}
+    questions: list[Asked] = []
+    keys = {"camera": {"fps": round(fps, 6)}}
     first, unit = systems[min(systems)], _text(panel, "length_unit")
     if {round(s.angle, 3) for s in systems.values()} != {0.0}:
         guesses.append(
@@ -103,16 +100,11 @@ def _contents(
     if first.scale[0] == 1.0 and not any(
         item.get("class", "").endswith(_CALIBRATIONS) for item in _items(panel)
     ):
-        questions.append(
-            "it has no calibration: how many millimetres is a pixel ([camera]"
-            " mm_per_px)? Without it, ratios only"
-        )
+        questions.append(replace(SCALE, words=f"it has no calibration: {SCALE.words}"))
         unit = "px"
     elif unit and unit.lower() not in LENGTH:
-        questions.append(
-            f"lengths are in {unit!r}: how many millimetres is one of them ([camera]"
-            " mm_per_px)? Without it, ratios only"
-        )
+        asked = f"lengths are in {unit!r}: how many millimetres is one of them?"
+        questions.append(replace(SCALE, words=f"{asked} Without it, ratios only"))
         unit = "px"
     elif not unit:
         guesses.append("lengths in metres, Tracker's unit where the file names none")
@@ -120,10 +112,7 @@ def _contents(
         keys["camera"]["mm_per_px"] = float(
             f"{LENGTH[unit.lower() or 'm'] / abs(first.scale[0]):.8g}"
         )
-    length_unit = unit.lower() or "m"
-    return infer_units(
-        source.path, TOOL, tracks, "s", length_unit, "up", keys, guesses, questions
-    )
+    return Tracked(listed, "s", unit or "m", "up", keys, guesses, questions)
 
 
 def _panel(source: Source) -> tuple[Element, str]:
@@ -172,17 +161,15 @@ def _systems(source: Source, coords: Element | None) -> dict[int, _System]:
 
 def _places(
     source: Source, item: Element, systems: dict[int, _System]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Frames (n) and places (n, 2) of a point mass, in Tracker's coordinates."""
-    frames, places = [], []
+) -> Iterator[tuple[int, float, float]]:
+    """Frame and place of a point mass, one after the other, in Tracker's
+    coordinates."""
     for frame, data in _frames(item):
         x, y = _number(source, data, "x"), _number(source, data, "y")
         if x is None or y is None:
             continue
         holds = max((f for f in systems if f <= frame), default=min(systems))
-        frames.append(frame)
-        places.append(systems[holds].place(x, y))
-    return np.array(frames, dtype=float), np.array(places, dtype=float).reshape(-1, 2)
+        yield frame, *systems[holds].place(x, y)
 
 
 def _items(panel: Element) -> list[Element]:

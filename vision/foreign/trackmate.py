@@ -4,21 +4,23 @@ and the simple XML of "Export tracks to XML file".
 Places are in the picture's calibrated unit, y down.
 """
 
+from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from benchtwin.vision.foreign.contents import (
-    Contents,
-    PointTrack,
-    numbered,
-    tracks_of,
+from benchtwin.vision.foreign.contents import Tracked, numbered
+from benchtwin.vision.foreign.source import (
+    FRAMES,
+    Source,
+    column,
+    name_and_unit,
+    need,
 )
-from benchtwin.vision.foreign.source import Source, column, name_and_unit, need
-from benchtwin.vision.foreign.unit_inference import infer_units
 from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "TrackMate"
+_SECONDS = ("s", "sec", "second", "seconds")
 _COLUMNS = ("TRACK_ID", "POSITION_X", "POSITION_Y", "POSITION_T", "FRAME")
 
 
@@ -36,16 +38,24 @@ def recognises(source: Source) -> bool:
     )
 
 
-def read(source: Source) -> Contents:
+def read(source: Source) -> Tracked:
     """The file's tracks, with the units that it names."""
     if not source.is_xml:
-        return _table(source)
-    if source.xml.tag == "Tracks":
-        return _simple(source)
-    return _model(source)
+        found = _table(source)
+    else:
+        found = _simple(source) if source.xml.tag == "Tracks" else _model(source)
+    times = np.array([row[0] for _, rows in found.listed for row in rows])
+    whole = (times == np.round(times))[np.isfinite(times)].all()
+    if not whole or found.time_unit.lower() not in (*_SECONDS, ""):
+        return found
+    guess = (
+        "times are frame numbers: whole seconds from frame to frame are what ImageJ"
+        " writes where no interval is set"
+    )
+    return replace(found, time_unit="frame", guesses=[guess])
 
 
-def _table(source: Source) -> Contents:
+def _table(source: Source) -> Tracked:
     path, headings = source.path, [str(h) for h in source.rows[0]]
     lines = enumerate(source.rows)
     numbers = (k for k, row in lines if k and any(isinstance(c, float) for c in row))
@@ -63,11 +73,11 @@ def _table(source: Source) -> Contents:
     )
     # without a frame interval POSITION_T is empty
     when = frame if np.isnan(time).all() else time
-    tracks = tracks_of(path, numbered(number, when, x, y))
-    return _with_units(source, tracks, units["POSITION_T"], units["POSITION_X"])
+    listed = numbered(number, when, x, y)
+    return Tracked(listed, units["POSITION_T"], units["POSITION_X"], "down")
 
 
-def _model(source: Source) -> Contents:
+def _model(source: Source) -> Tracked:
     """The XML that TrackMate saves: spots, and edges that join them into tracks."""
     model = source.xml.find("Model")
     if model is None:
@@ -86,50 +96,22 @@ def _model(source: Source) -> Contents:
         places = ("POSITION_T", "POSITION_X", "POSITION_Y")
         rows = [[_number(source, spots[i], key) for key in places] for i in joined]
         listed.append((track.get("name", "")[:50], rows))
-    return _with_units(
-        source,
-        tracks_of(source.path, listed),
-        model.get("timeunits", ""),
-        model.get("spatialunits", ""),
-    )
+    units = (model.get(of, "") for of in ("timeunits", "spatialunits"))
+    return Tracked(listed, *units, "down")
 
 
-def _simple(source: Source) -> Contents:
+def _simple(source: Source) -> Tracked:
     """<Tracks spaceUnits frameInterval timeUnits> of <particle> of <detection t x y z>,
     t in frames."""
     root, listed = source.xml, []
+    unit, interval = root.get("timeUnits", ""), 1.0
+    if unit.lower() not in FRAMES and root.get("frameInterval"):
+        interval = max(_number(source, root, "frameInterval"), 0.0) or 1.0
     for k, particle in enumerate(root.iterfind("particle"), 1):
         seen = particle.findall("detection")
         rows = [[_number(source, d, key) for key in ("t", "x", "y")] for d in seen]
-        listed.append((f"track {k}", rows))
-    found, unit = tracks_of(source.path, listed), root.get("timeUnits", "")
-    interval = (
-        _number(source, root, "frameInterval") if root.get("frameInterval") else 1.0
-    )
-    if unit.lower() not in ("frame", "frames") and interval > 0:
-        found = tuple(PointTrack(t.name, t.time * interval, t.x, t.y) for t in found)
-    return _with_units(source, found, unit, root.get("spaceUnits", ""))
-
-
-def _with_units(
-    source: Source, tracks: tuple[PointTrack, ...], time_unit: str, length_unit: str
-) -> Contents:
-    guesses = []
-    time_unit = time_unit.lower()
-    whole = all(
-        (t.time == np.round(t.time)).all() and (np.diff(t.time) >= 1).all()
-        for t in tracks
-    )
-    if whole and time_unit in ("s", "sec", "second", "seconds", ""):
-        guesses.append(
-            "times are frame numbers: whole seconds from frame to frame are what ImageJ"
-            " writes where no interval is set"
-        )
-        time_unit = "frame"
-    length_unit = length_unit.lower()
-    return infer_units(
-        source.path, TOOL, tracks, time_unit, length_unit, "down", guesses=guesses
-    )
+        listed.append((f"track {k}", [(interval * t, x, y) for t, x, y in rows]))
+    return Tracked(listed, unit, root.get("spaceUnits", ""), "down")
 
 
 def _number(source: Source, element: Element, key: str) -> float:

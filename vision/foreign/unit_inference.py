@@ -8,14 +8,19 @@ several fit, lengths stay pixels, with a question."""
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.lib.stride_tricks import sliding_window_view
 
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.vision.foreign.contents import Contents, PointTrack, require_tracks
+from benchtwin.vision.foreign.contents import (
+    Asked,
+    Contents,
+    PointTrack,
+    Tracked,
+    tracks_of,
+)
 from benchtwin.vision.foreign.source import FRAMES, LENGTH, PIXELS, TIME
 from benchtwin.vision.measurement import require
 
@@ -32,6 +37,20 @@ LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise
 # acceleration along x over that along y: a roll down an incline has both
 LARGEST_SIDEWAYS = 0.15
 MOST_POINTS = 1000
+RATE = Asked(
+    "times are frame numbers: how many frames a second did the camera take? Without it,"
+    " ratios only",
+    "[camera] fps",
+)
+SCALE = Asked(
+    "lengths are pixels: how many millimetres is one? Without it, ratios only",
+    "[camera] mm_per_px",
+)
+UNITLESS = replace(
+    SCALE,
+    words="in which unit are its lengths? Taken as pixels: how many millimetres is one"
+    " (1000 where they are metres)?",
+)
 PARABOLA = ("rows", "ax", "ay", "sx", "sy", "mx", "my")
 _TIMES = {"seconds": 1.0, "milliseconds": 1e-3, "minutes": 60.0}
 _LENGTHS = {
@@ -130,63 +149,43 @@ def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str
     return f"the fall accelerates by {shown} m/s²{meant}"
 
 
-def infer_units(
-    path: Path,
-    tool: str,
-    tracks: Sequence[PointTrack | None],
-    time_unit: str,
-    length_unit: str,
-    up: str,
-    keys: dict[str, dict[str, Any]] | None = None,
-    guesses: list[str] | None = None,
-    questions: list[str] | None = None,
-) -> Contents:
+def infer_units(path: Path, tool: str, told: Tracked) -> Contents:
     """The tracks in mm and s, y up, as contents of the file; MeasurementError where
-    there is no track. time_unit: of TIME or FRAMES; length_unit: of LENGTH or PIXELS;
-    up: "up" or "down"; "" where the file does not state it. keys: of recording.toml
-    that the file states; guesses, questions: of its reader."""
-    keys = keys or {}
-    guesses = list(guesses or ())
-    questions = list(questions or ())
-    unitless = False
-    read = require_tracks(path, tracks)
-    seconds, time_unit = _clock(path, read, time_unit, guesses, questions)
-    found = tuple(
-        replace(t, time=t.time * seconds, y=-t.y if up == "down" else t.y) for t in read
-    )
+    there is no track."""
+    guesses, questions = [*told.guesses], [*told.questions]
+    read = tracks_of(path, told.listed)
+    seconds, time_unit = _clock(path, read, told.time_unit.lower(), guesses, questions)
+    found = tuple(replace(t, time=t.time * seconds) for t in read)
     falls = [f for t in found for f in free_falls(t.time, t.x, t.y)]
     fall = max(falls, key=lambda f: f.worth, default=None)
-    aside = fall is None and _falls_aside(found, time_unit, length_unit)
+    stated = LENGTH.get(told.length_unit.lower()) if time_unit == "s" else None
+    aside = fall is None and stated is not None and _falls_aside(found, stated)
     if aside:
         guesses.append("it falls along x: its picture lies on its side")
-    elif not up:
-        found, fall = _y_up(found, fall, guesses, questions)
-    if not length_unit:
-        mm, length_unit, unitless = _length(found, fall, time_unit, guesses, questions)
-    elif length_unit in PIXELS:
-        mm, length_unit = 1.0, "px"
-        scaled = "mm_per_px" in keys.get("camera", {})
-        if not scaled and not any("mm_per_px" in q for q in questions):
-            questions.append(
-                "lengths are pixels: how many millimetres is one ([camera] mm_per_px)?"
-                " Without it, ratios only"
-            )
-    else:
-        mm, length_unit = _factor(path, "length", length_unit, LENGTH), "mm"
-    found = tuple(replace(t, x=t.x * mm, y=t.y * mm) for t in found)
-    doubt = ""
-    if time_unit == "s" and length_unit == "mm":
+    down = told.up == "down"
+    if not told.up and not aside:
+        down = _goes_down(fall, guesses, questions)
+    length_unit = told.length_unit.lower() or _likely_unit(
+        found, fall, time_unit, guesses
+    )
+    pixels, doubt, mm = length_unit in ("", *PIXELS), "", 1.0
+    if not pixels:
+        mm = _factor(path, "length", length_unit, LENGTH)
+    elif SCALE.beside(told.keys) and SCALE.answer not in {q.answer for q in questions}:
+        questions.append(SCALE if length_unit else UNITLESS)
+    if time_unit == "s" and not pixels:
         doubt = unit_doubt(falls, mm, seconds, _whole(*(t.time for t in read)))
     return Contents(
         tool,
-        found,
+        tuple(replace(t, x=t.x * mm, y=(-t.y if down else t.y) * mm) for t in found),
         time_unit,
-        length_unit,
-        keys=keys,
+        "px" if pixels else "mm",
+        keys=told.keys,
         guesses=tuple(guesses),
         questions=tuple(questions),
         doubt=doubt,
-        unitless=unitless,
+        unitless=not length_unit,
+        repeats=told.repeats and len(found) > 1,
         aside=aside,
     )
 
@@ -207,99 +206,71 @@ def _factor(path: Path, what: str, unit: str, units: dict[str, float]) -> float:
 def _clock(
     path: Path,
     tracks: Sequence[PointTrack],
-    time_unit: str,
+    unit: str,
     guesses: list[str],
-    questions: list[str],
+    questions: list[Asked],
 ) -> tuple[float, str]:
     """The file's unit of time in seconds, and "s"; or 1 and "frame"."""
-    asked = (
-        "times are frame numbers: how many frames a second did the camera take"
-        " ([camera] fps)? Without it, ratios only"
-    )
-    if time_unit in FRAMES:
-        questions.append(asked)
+    if not unit:
+        step = float(np.median(np.concatenate([np.diff(t.time) for t in tracks])))
+        counted = step == round(step) < 10 and _whole(*(t.time for t in tracks))
+        unit = "frame" if counted else "ms" if step > _SLOWEST_STEP_S else "s"
+        guesses.append(
+            "times are frame numbers: they are whole, one after the other"
+            if counted
+            else f"times in {'milliseconds' if unit == 'ms' else 'seconds'}, which the"
+            f" file does not say: the rows are {step:.4g} apart"
+        )
+    if unit in FRAMES:
+        questions.append(RATE)
         return 1.0, "frame"
-    if time_unit:
-        return _factor(path, "time", time_unit, TIME), "s"
-    step = float(np.median(np.concatenate([np.diff(t.time) for t in tracks])))
-    if step == round(step) < 10 and _whole(*(t.time for t in tracks)):
-        guesses.append("times are frame numbers: they are whole, one after the other")
-        questions.append(asked)
-        return 1.0, "frame"
-    slow = step > _SLOWEST_STEP_S
-    guesses.append(
-        f"times in {'milliseconds' if slow else 'seconds'}, which the file does not"
-        f" say: the rows are {step:.4g} apart"
-    )
-    return (1e-3 if slow else 1.0), "s"
+    return _factor(path, "time", unit, TIME), "s"
 
 
-def _falls_aside(
-    tracks: tuple[PointTrack, ...], time_unit: str, length_unit: str
-) -> bool:
+def _falls_aside(tracks: tuple[PointTrack, ...], mm: float) -> bool:
     """Whether something falls along x, with the acceleration of gravity in the units
     that the file states."""
-    if time_unit != "s" or length_unit not in LENGTH:
-        return False
     falls = (free_fall(t.time, t.y, t.x) for t in tracks)
-    mm = LENGTH[length_unit]
     return any(fall and fits_gravity(fall.acceleration * mm) for fall in falls)
 
 
-def _y_up(
-    tracks: tuple[PointTrack, ...],
-    fall: Fall | None,
-    guesses: list[str],
-    questions: list[str],
-) -> tuple[tuple[PointTrack, ...], Fall | None]:
+def _goes_down(fall: Fall | None, guesses: list[str], questions: list[Asked]) -> bool:
+    """Whether y is down in a file that does not state it."""
     if fall is None:
-        questions.append(
-            "is y up in it? Nothing falls freely by which to tell; taken as up"
+        asked = "is y up in it? Nothing falls freely by which to tell; taken as up"
+        questions.append(Asked(asked))
+    elif fall.acceleration > 0:
+        guesses.append(
+            "y is down in the file, as in a picture: the fall goes towards greater y;"
+            " turned to y up"
         )
-        return tracks, fall
-    if fall.acceleration < 0:
-        return tracks, fall
-    guesses.append(
-        "y is down in the file, as in a picture: the fall goes towards greater y;"
-        " turned to y up"
-    )
-    return tuple(replace(t, y=-t.y) for t in tracks), replace(
-        fall, acceleration=-fall.acceleration
-    )
+        return True
+    return False
 
 
-def _length(
+def _likely_unit(
     tracks: tuple[PointTrack, ...],
     fall: Fall | None,
     time_unit: str,
     guesses: list[str],
-    questions: list[str],
-) -> tuple[float, str, bool]:
-    """The unstated unit of length in millimetres, and "mm"; or 1 and "px"; and whether
-    even that is unknown."""
+) -> str:
+    """The unit of lengths in a file that does not state it, of LENGTH or PIXELS; ""
+    where nothing tells it."""
     if _whole(*(place for t in tracks for place in (t.x, t.y))):
         guesses.append("lengths are pixels: they are whole numbers")
-        questions.append(
-            "how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios"
-            " only"
-        )
-        return 1.0, "px", False
+        return "px"
     fitting = [
-        u
+        (u, abs(fall.acceleration) * LENGTH[u])
         for u in _WITHOUT_UNIT
         if fall is not None
         and time_unit == "s"
         and fits_gravity(fall.acceleration * LENGTH[u])
     ]
-    if len(fitting) == 1 and fall is not None:
-        found = abs(fall.acceleration) * LENGTH[fitting[0]] / 1000
-        guesses.append(
-            f"lengths in {fitting[0]}, which the file does not say: so the fall"
-            f" accelerates by {found:.3g} m/s²"
-        )
-        return LENGTH[fitting[0]], "mm", False
-    questions.append(
-        "in which unit are its lengths? Taken as pixels: [camera] mm_per_px says how"
-        " many millimetres is one (1000 where they are metres)"
+    if len(fitting) != 1:
+        return ""
+    ((unit, found),) = fitting
+    guesses.append(
+        f"lengths in {unit}, which the file does not say: so the fall accelerates by"
+        f" {found / 1000:.3g} m/s²"
     )
-    return 1.0, "px", True
+    return unit

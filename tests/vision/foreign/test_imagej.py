@@ -72,10 +72,10 @@ def test_manual_tracking(tmp_path, name, text, code):
     assert [len(t.time) for t in found.tracks] == [len(FRAME) - 5, len(FRAME) - 10]
     assert np.ptp(found.tracks[0].y) == pytest.approx(np.ptp(np.round(ROW)))
     assert found.tracks[0].y[0] == -np.round(ROW[0])  # y up
-    assert any("frames a second" in q for q in found.questions)
-    assert any("Distance says 0.5 units a pixel" in q for q in found.questions) == (
-        code == "cp1252" and name == "results.txt"
-    )
+    assert any("frames a second" in q.words for q in found.questions)
+    assert any(
+        "Distance says 0.5 units a pixel" in q.words for q in found.questions
+    ) == (code == "cp1252" and name == "results.txt")
 
 
 def test_manual_tracking_gives_the_restitution(tmp_path):

@@ -114,8 +114,8 @@ def test_a_kva_without_calibration_or_rate_asks_for_them(tmp_path):
     (tmp_path / "run.kva").write_text(kva(False, None), encoding="utf8")
     found = read_foreign(tmp_path / "run.kva")
     assert (found.time_unit, found.keys["camera"]) == ("frame", {})
-    assert any("mm_per_px" in q for q in found.questions) and any(
-        "fps" in q for q in found.questions
+    assert any("mm_per_px" in q.keys for q in found.questions) and any(
+        "fps" in q.keys for q in found.questions
     )
 
 

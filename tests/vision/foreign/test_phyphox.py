@@ -176,7 +176,9 @@ def test_a_phone_on_a_plate_gives_its_angle(tmp_path, heading, times, per_g):
         STOPPED_DEG, abs=0.05
     )
     assert found.keys["slide"]["tilt_rate_deg_s"] == pytest.approx(RATE_DEG_S, rel=0.02)
-    assert any("24" in q and "slide_angle_deg" in q for q in found.questions)
+    assert any(
+        "24" in q.words and "slide_angle_deg" in q.words for q in found.questions
+    )
     (reason,) = {
         q.reason for o in measure(tmp_path / "plate.csv") for q in o.quantities
     }

@@ -123,7 +123,7 @@ def test_without_calibration_lengths_are_pixels_and_it_is_asked(tmp_path):
     (tmp_path / "drop.trk").write_text(trk(drop_item(angle=0.0), scale=1.0, angle=0.0))
     found = read_foreign(tmp_path / "drop.trk")
     assert found.length_unit == "px" and any(
-        "no calibration" in q and "mm_per_px" in q for q in found.questions
+        "no calibration" in q.words and "mm_per_px" in q.keys for q in found.questions
     )
     (observation,) = measure(tmp_path / "drop.trk")
     assert {q.name: q.value for q in observation.quantities}[
