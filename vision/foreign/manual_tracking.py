@@ -47,7 +47,9 @@ def read(source: Source) -> Tracked:
             questions.append(replace(SCALE, words=f"{says} ImageJ; {SCALE.words}"))
     return Tracked(
         numbered(number, frame, x, y),
-        *("frame", "px", "down"),
+        "frame",
+        "px",
+        "down",
         guesses=["a slice is a frame"],
         questions=questions,
     )

@@ -96,8 +96,8 @@ def _model(source: Source) -> Tracked:
         places = ("POSITION_T", "POSITION_X", "POSITION_Y")
         rows = [[_number(source, spots[i], key) for key in places] for i in joined]
         listed.append((track.get("name", "")[:50], rows))
-    units = (model.get(of, "") for of in ("timeunits", "spatialunits"))
-    return Tracked(listed, *units, "down")
+    time_unit, length_unit = model.get("timeunits", ""), model.get("spatialunits", "")
+    return Tracked(listed, time_unit, length_unit, "down")
 
 
 def _simple(source: Source) -> Tracked:
