@@ -19,7 +19,7 @@ from benchtwin.vision.measurement import (
     Quantity,
 )
 from benchtwin.vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
-from benchtwin.vision.motion.own_look import by_own_look
+from benchtwin.vision.motion.template import by_template
 from benchtwin.vision.motion.track import (
     Track,
     places_of,
@@ -164,7 +164,7 @@ def follow_seed(
         only_places=bool(recording.track.only_places),
     )
     if not places:
-        tracked = by_own_look(tracked, source, outside=not falling)
+        tracked = by_template(tracked, source, outside=not falling)
     return replace(followed(recording, source, tracked), falling=falling)
 
 

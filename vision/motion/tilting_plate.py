@@ -11,8 +11,8 @@ from benchtwin.bench.language import tr
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.edge_line import Line, track_edge
-from benchtwin.vision.motion.own_look import LATE, by_own_look
 from benchtwin.vision.motion.plate_frames import PlateFrames, plate_frames
+from benchtwin.vision.motion.template import LATE, by_template
 from benchtwin.vision.motion.track import Track, places_of
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
 from benchtwin.vision.recording import Recording
@@ -85,7 +85,7 @@ def _block(
             places=frames.places(places),
             only_places=bool(stated.only_places),
         )
-        return found if places else by_own_look(found, frames, along=True)
+        return found if places else by_template(found, frames, along=True)
 
     def against_grey() -> TrackedSeed:
         found = tracked(strip.without_background())

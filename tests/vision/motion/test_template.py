@@ -1,5 +1,5 @@
-"""A block that the background does not tell is found by its own look, from before it
-moves: drawn strips before a wall that passes by as the plate turns."""
+"""A block that the background does not tell is found by a template of it, from before
+it moves: drawn strips before a wall that passes by as the plate turns."""
 
 from pathlib import Path
 
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchtwin.vision.evidence.frames import Frame, FrameSource
-from benchtwin.vision.motion.own_look import by_own_look
 from benchtwin.vision.motion.scene import learn_scene
+from benchtwin.vision.motion.template import by_template
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.motion.track_seed import TrackedSeed
 
@@ -68,9 +68,9 @@ def seen_late(source: FrameSource) -> TrackedSeed:
 
 def test_the_block_is_found_from_before_it_moves():
     source = Strips()
-    found = by_own_look(seen_late(source), source, along=True).track
+    found = by_template(seen_late(source), source, along=True).track
     assert found.frame[0] == 0 and not found.outlier.any()
-    assert any("from frame 0 on by its own look" in note for note in found.notes)
+    assert any("from frame 0 on by a template of it" in note for note in found.notes)
     apart = found.x - np.array([way(int(k)) for k in found.frame])
     assert np.std(apart[found.frame < LETS_GO]) < 0.1
     # the same point of the block while it rests and while it slides
@@ -81,7 +81,7 @@ def test_the_block_is_found_from_before_it_moves():
 
 def test_a_block_that_was_not_there_before_is_not_found():
     source = Strips(comes_at=FIRST)
-    found = by_own_look(seen_late(source), source, along=True)
+    found = by_template(seen_late(source), source, along=True)
     assert found.track.used().frame[0] == FIRST
 
 
@@ -92,7 +92,7 @@ def test_a_track_from_the_first_frame_on_is_left_as_it_is():
     x = np.array([way(k) for k in rows])
     whole = make_track(rows / FPS, x, np.full(COUNT, 20.0), unit="px", frame=rows)
     early = TrackedSeed(whole, tracked.scene, tracked.size, np.full(COUNT, 420.0))
-    assert by_own_look(early, source, along=True) is early
+    assert by_template(early, source, along=True) is early
 
 
 RESTS, ROLLS = 60, 4.0  # frame from which on it lies still; px in its first frame
@@ -134,7 +134,7 @@ def test_a_pale_ball_before_a_pale_wall_rests_where_it_rests():
     x, y = source.at(frame) + off, np.full(COUNT, 59.0)
     track = make_track(frame / FPS, x, y, unit="px", frame=frame, sd=0.1)
     seen = TrackedSeed(track, learn_scene(source), 18.0, np.full(COUNT, 250.0))
-    found = by_own_look(seen, source).track
+    found = by_template(seen, source).track
     apart = found.x - source.at(found.frame)
     rolls, rests = apart[found.frame < RESTS - 5], apart[found.frame >= RESTS]
     assert np.std(rolls) < 0.2

@@ -1,4 +1,4 @@
-"""Places of a seed or block by its own look, where the background tells it badly:
+"""Places of a seed or block by a template of it, where the background tells it badly:
 before it moves, before a wall as pale as it is, or before a busy one.
 
 The pictures are laid over each other by the places that are known. What belongs to the
@@ -43,7 +43,7 @@ Known = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
-class Look:
+class Template:
     """mean, weight (h, w, c): what a seed looks like, and one over each pixel's sd."""
 
     mean: np.ndarray
@@ -55,15 +55,16 @@ class Look:
         return self.mean.shape[1], self.mean.shape[0]
 
 
-def by_own_look(
+def by_template(
     tracked: TrackedSeed,
     source: FrameSource,
     *,
     along: bool = False,
     outside: bool = True,
 ) -> TrackedSeed:
-    """The track by the seed's own look, where what moves was seen late, often partly or
-    roughly, and its own look shows it earlier or more smoothly; else unchanged. along:
+    """The track by a template of the seed, where what moves was seen late, often partly
+    or roughly, and the template shows it earlier or more smoothly; else unchanged.
+    along:
     it moves along the rows, in pictures turned with its plate. outside: whether it is
     sought before and after the frames in which it was found."""
     first, found = next(source.iterate(), None), tracked.track.used()
@@ -86,16 +87,16 @@ def by_own_look(
 def _followed(
     tracked: TrackedSeed, found: Track, source: FrameSource, along: bool, outside: bool
 ) -> Track:
-    """The track by the seed's own look; found: the places that are known."""
+    """The track by a template of the seed; found: the places that are known."""
     height, size_px = tracked.scene.shape[0], tracked.size
     known = found.frame, found.x, height - 1 - found.y
     between = int(found.frame[0]), int(found.frame[-1])
     shape = tracked.scene.shape
     pictures = spread(list(_alike(source.picked(LEARNT_FROM, between), shape)), known)
-    look, typical = learn_look(pictures, known, size_px, along)
+    template, typical = learn_template(pictures, known, size_px, along)
     reach = np.array([REACH, REACH * (ACROSS if along else 1.0)]) * size_px
     far = np.array([OUTSIDE * size_px, reach[1] if along else OUTSIDE * size_px])
-    rows = located(_alike(source.iterate(), shape), look, known, reach, far)
+    rows = located(_alike(source.iterate(), shape), template, known, reach, far)
     inside = (rows[:, 0] >= between[0]) & (rows[:, 0] <= between[1])
     # elsewhere another background may have taken the place of the one that was learnt
     lost = np.where(inside, rows[:, 4] > MOST_MISFIT * typical, rows[:, 5] > DISTINCT)
@@ -147,8 +148,8 @@ def _leapt(
 
 
 def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
-    """The track by the seed's own look, with the silhouettes and orientations that were
-    seen."""
+    """The track by a template of the seed, with the silhouettes and orientations that
+    were seen."""
     old = tracked.track
 
     def of_old(values: np.ndarray) -> np.ndarray:
@@ -156,12 +157,12 @@ def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
 
     first = int(track.used().frame[0])
     note = tr(
-        "what moves stood out little: the seed's places are those of its own look"
+        "what moves stood out little: the seed's places are those of a template of it"
     )
     if first < seen_from:
         note = tr(
             "the seed was found from frame {} on as something that moves,"
-            " and from frame {} on by its own look",
+            " and from frame {} on by a template of it",
             seen_from,
             first,
         )
@@ -177,36 +178,36 @@ def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
 
 def spread(pictures: list[Frame], known: Known) -> list[Frame]:
     """Those of the pictures that are evenly spaced along the seed's way, and a little
-    in time, so that what lies behind it differs. known: as of `learn_look`."""
+    in time, so that what lies behind it differs. known: as of `learn_template`."""
     x = np.interp([p.index for p in pictures], known[0], known[1])
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)) + STEP_PX)])
     wanted = np.linspace(0.0, way[-1], len(pictures))
     return [pictures[k] for k in sorted({int(np.argmin(abs(way - w))) for w in wanted})]
 
 
-def learn_look(
+def learn_template(
     pictures: list[Frame],
     known: Known,
     size_px: float,
     along: bool = False,
-) -> tuple[Look, float]:
+) -> tuple[Template, float]:
     """What the seed looks like in pictures in which its place is about known, and the
     median of their misfits. known: frames, columns and rows [px, down]."""
     size = (2 * round(WIDE * size_px / 2) + 1, 2 * round(HIGH * size_px / 2) + 1)
     frames = np.array([p.index for p in pictures])
     x, y = (np.interp(frames, known[0], v) for v in known[1:])
     reach = np.array([1.0, ACROSS if along else 1.0]) * AT_FIRST * size_px
-    look, misfit = _laid_over(pictures, x, y, size), np.zeros(0)
+    template, misfit = _laid_over(pictures, x, y, size), np.zeros(0)
     for _ in range(ROUNDS):
-        rows = located(pictures, look, (frames, x, y), reach)
+        rows = located(pictures, template, (frames, x, y), reach)
         x, y, misfit = rows[:, 2], rows[:, 3], rows[:, 4]
-        look = _laid_over(pictures, x, y, size)
-    return look, float(np.median(misfit))
+        template = _laid_over(pictures, x, y, size)
+    return template, float(np.median(misfit))
 
 
 def located(
     pictures: Iterable[Frame],
-    look: Look,
+    template: Template,
     known: Known,
     reach_px: np.ndarray,
     outside_px: np.ndarray | None = None,
@@ -221,32 +222,32 @@ def located(
         inside = known[0][0] <= picture.index <= known[0][-1]
         far = reach_px if inside or outside_px is None else outside_px
         reach = max(2, round(far[0])), max(2, round(far[1]))
-        here = _best(picture.pixels, look, at, reach)
+        here = _best(picture.pixels, template, at, reach)
         rows.append((picture.index, picture.t_s, *here))
     return np.array(rows)
 
 
 def _laid_over(
     pictures: list[Frame], x: np.ndarray, y: np.ndarray, size: tuple[int, int]
-) -> Look:
+) -> Template:
     places = zip(pictures, np.column_stack([x, y]).tolist(), strict=True)
     cut = np.array([_part(p.pixels, size, tuple(at)) for p, at in places])
     mean = np.median(cut, axis=0)
     sd = 1.4826 * np.median(np.abs(cut - mean), axis=0)
-    return Look(mean, (1 / np.hypot(sd, FLOOR)).astype(np.float32))
+    return Template(mean, (1 / np.hypot(sd, FLOOR)).astype(np.float32))
 
 
 def _best(
-    picture: np.ndarray, look: Look, at: list[float], reach: tuple[int, int]
+    picture: np.ndarray, template: Template, at: list[float], reach: tuple[int, int]
 ) -> tuple[float, float, float, float]:
     """Column, row and misfit of the best place about `at`, and that misfit over the
     median of all columns'."""
-    size = look.size[0] + 2 * reach[0], look.size[1] + 2 * reach[1]
+    size = template.size[0] + 2 * reach[0], template.size[1] + 2 * reach[1]
     middle = round(at[0]), round(at[1])
     window = _part(picture, size, middle)
-    off = cv2.matchTemplate(window, look.mean, cv2.TM_SQDIFF, mask=look.weight)
+    off = cv2.matchTemplate(window, template.mean, cv2.TM_SQDIFF, mask=template.weight)
     row, column = divmod(int(np.argmin(off)), off.shape[1])
-    misfit = float(off[row, column]) / look.weight.size
+    misfit = float(off[row, column]) / template.weight.size
     dx = _lowest(off[row], column)
     dy = _lowest(off[:, column], row)
     share = float(off[row, column] / np.median(off[row]))
