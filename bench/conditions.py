@@ -130,8 +130,8 @@ def _value_error(key: str, value: object) -> str:
         case int() | float():
             if not -LARGEST <= value <= LARGEST:  # NaN neither
                 return tr(
-                    "{}: should be a finite number below {:g}; leave the"
-                    " key out where it is unknown",
+                    "{}: should be a finite number below {:g}; leave the key out where"
+                    " it is unknown",
                     place,
                     LARGEST,
                 )
@@ -144,14 +144,14 @@ def _value_error(key: str, value: object) -> str:
             )
         case list():
             return tr(
-                "{} is a list; a condition is one number or one word, in"
-                " the recording.toml of each recording",
+                "{} is a list; a condition is one number or one word, in the"
+                " recording.toml of each recording",
                 key,
             )
         case dict():
             return tr(
-                "{} is a section of its own; a condition is one number or"
-                " one word: {} = 1.5",
+                "{} is a section of its own; a condition is one number or one word: {}"
+                " = 1.5",
                 key,
                 key,
             )
@@ -180,8 +180,8 @@ def _word_error(key: str, word: str) -> str:
     else:
         label = ""
     return tr(
-        "{} = {!r}: a number stands without quotes, with a point, its unit"
-        " in the name: {} = {}{}",
+        "{} = {!r}: a number stands without quotes, with a point, its unit in the name:"
+        " {} = {}{}",
         key,
         word,
         name,

@@ -96,8 +96,8 @@ def exact_by_mistake(value: float, sd: float) -> str:
     if not (math.isfinite(value) and 0 < sd < EXACT_SHARE * abs(value)):
         return ""
     return tr(
-        "a standard deviation of {:.2g} is smaller than any reading's: the"
-        " numbers follow a formula exactly, or one of them was used twice",
+        "a standard deviation of {:.2g} is smaller than any reading's: the numbers"
+        " follow a formula exactly, or one of them was used twice",
         sd,
     )
 

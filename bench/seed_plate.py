@@ -51,8 +51,8 @@ def told_on_seeds(
         """The section of the simulations: as the bench states it. A bench reads single
         ones, so that it is never quite the same."""
         note = tr(
-            "each simulated plate of seeds is read by the mean of its {},"
-            " so that its scatter is not that of single {} at the bench",
+            "each simulated plate of seeds is read by the mean of its {}, so that its"
+            " scatter is not that of single {} at the bench",
             many,
             many,
         )

@@ -142,8 +142,8 @@ def fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
     if not 0 <= low < high <= 1 or high - low < LEAST_WINDOW:
         raise MeasurementError(
             tr(
-                "window_pct = {}: two heights in %, at least 10 apart, such as"
-                " (20, 80)",
+                "window_pct = {}: two heights in %, at least 10 apart, such as (20,"
+                " 80)",
                 window_pct,
             )
         )

@@ -56,8 +56,8 @@ def compared(
         ways.append(ran)
     best = max(range(len(twins)), key=lambda k: rows[k].before - rows[k].after)
     caption = tr(
-        "{} at the same moments: as recorded (drawn from its track), the"
-        " old twin, the new twin with {}, and what differs, brightened",
+        "{} at the same moments: as recorded (drawn from its track), the old twin, the"
+        " new twin with {}, and what differs, brightened",
         twins[best].name,
         tr(" and ").join(again.effects),
     )

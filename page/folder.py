@@ -80,8 +80,8 @@ class Folder:
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             raise Refused(
                 tr(
-                    "{}/{} is to be a folder of its own, and is a link or a"
-                    " file: move it away",
+                    "{}/{} is to be a folder of its own, and is a link or a file: move"
+                    " it away",
                     bench.name,
                     RESULTS,
                 )
@@ -115,8 +115,8 @@ class Folder:
     def refused_link(self, link: Path) -> str:
         """Why a link that leads out is not followed, and what to do."""
         return tr(
-            "{} is a link out of this folder, which is not followed. Put"
-            " the file itself there, or remove the link",
+            "{} is a link out of this folder, which is not followed. Put the file"
+            " itself there, or remove the link",
             self.name_of(link),
         )
 

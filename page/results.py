@@ -49,8 +49,8 @@ def read(file: Path) -> Iterator[Path]:
     except SPOILT as error:
         raise Refused(
             tr(
-                "{}/{}/{} cannot be read: damaged, or left by another version."
-                " Run that command again",
+                "{}/{}/{} cannot be read: damaged, or left by another version. Run that"
+                " command again",
                 RESULTS,
                 file.parent.name,
                 file.name,

@@ -124,8 +124,8 @@ def _where(f: Finding) -> str:
 def _sure(f: Finding) -> str:
     """What p is, and what an alarm takes."""
     return tr(
-        "noise alone makes as great a mismatch in {} ({}); an alarm needs"
-        " p < {}, or a condition that is followed with a probability of {}",
+        "noise alone makes as great a mismatch in {} ({}); an alarm needs p < {}, or a"
+        " condition that is followed with a probability of {}",
         words.odds(f.p_global),
         words.chance(f.p_global),
         ALARM_P,
@@ -200,14 +200,14 @@ def _held_out(f: Finding) -> str:
         return tr("one recording only: nothing could be held out")
     if not math.isfinite(h.removed_fraction):
         return tr(
-            "each recording predicted from the others: the baseline misses"
-            " nothing beyond noise (× {:.3f})",
+            "each recording predicted from the others: the baseline misses nothing"
+            " beyond noise (× {:.3f})",
             h.rmse_ratio,
         )
     removed = 100 * min(h.removed_fraction, 1.0)
     return tr(
-        "each recording predicted from the others: {:.0f} % of what the"
-        " baseline misses is removed (residuals, noise included, × {:.3f})",
+        "each recording predicted from the others: {:.0f} % of what the baseline misses"
+        " is removed (residuals, noise included, × {:.3f})",
         removed,
         h.rmse_ratio,
     )

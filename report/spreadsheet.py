@@ -110,11 +110,10 @@ def in_words(c: Calibration) -> str:
     ]
     by = tr("printed simulations") if c.mode == "tables" else tr(SIMULATED)
     return tr(
-        "Contact parameters were calibrated with benchtwin {}: means over"
-        " repeats ± their standard deviation ({}) were matched by {}."
-        " Medians with intervals that hold the value with probability"
-        " {:.0%}, given the model: {}. Rolling friction is in EDEM's"
-        " standard convention (torque = μ_r × normal force × distance from"
+        "Contact parameters were calibrated with benchtwin {}: means over repeats ±"
+        " their standard deviation ({}) were matched by {}. Medians with intervals that"
+        " hold the value with probability {:.0%}, given the model: {}. Rolling friction"
+        " is in EDEM's standard convention (torque = μ_r × normal force × distance from"
         " the centroid to the contact).",
         versions()["benchtwin"],
         "; ".join(read),

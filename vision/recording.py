@@ -189,9 +189,8 @@ def _recording(
         if evidence.found.unitless and scale not in (None, IN_METRES):
             raise MeasurementError(
                 tr(
-                    "{}: its lengths have no unit, and [camera] mm_per_px = {}"
-                    " is of pixels; write the unit into its heading, such as x"
-                    " (m)",
+                    "{}: its lengths have no unit, and [camera] mm_per_px = {} is of"
+                    " pixels; write the unit into its heading, such as x (m)",
                     files[0],
                     scale,
                 )
@@ -247,8 +246,8 @@ def _seen_of(section: Any) -> Any:
     require(
         off <= CONTRADICTS * math.hypot(seen.sd, stated_sd),
         tr(
-            "{}: seeds cover {:.2f} ± {:.2f} of the plate, and coverage = {:g}"
-            " is stated: leave one of both out",
+            "{}: seeds cover {:.2f} ± {:.2f} of the plate, and coverage = {:g} is"
+            " stated: leave one of both out",
             file,
             seen.share,
             seen.sd,

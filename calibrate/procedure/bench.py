@@ -237,8 +237,8 @@ def _contradictions(pooled: list[RecordingReadings]) -> list[str]:
     found = agreement(names, [s.readings.mean() for s in pooled], sds)
     return [
         tr(
-            "{}: {:.4g} contradicts the other recordings ({:.4g}, {:.1f}"
-            " standard deviations apart)",
+            "{}: {:.4g} contradicts the other recordings ({:.4g}, {:.1f} standard"
+            " deviations apart)",
             r.name,
             r.value,
             r.others,
@@ -262,8 +262,8 @@ def _outlier(pooled: list[RecordingReadings], alpha: float = 0.01) -> list[str]:
     rest = np.delete(x, worst)
     return [
         tr(
-            "{}: {:.4g} lies far from the others ({:.4g} ± {:.2g}): look at"
-            " what was found on it before it is believed",
+            "{}: {:.4g} lies far from the others ({:.4g} ± {:.2g}): look at what was"
+            " found on it before it is believed",
             pooled[worst].recording,
             x[worst],
             rest.mean(),

@@ -148,8 +148,8 @@ class Calibration:
         missed = joint.posterior.tension.query("not reached")
         findings = (
             tr(
-                "finding for diagnosis: nothing that was simulated gives the"
-                " bench's {} {:.4g}: it comes to {:.4g}",
+                "finding for diagnosis: nothing that was simulated gives the bench's {}"
+                " {:.4g}: it comes to {:.4g}",
                 row.observable,
                 row.bench,
                 row.predicted,

@@ -138,9 +138,9 @@ def _outside(fit: SteelFit) -> list[str]:
     near = int(np.argmin(abs(ends - fit.bench.value)))
     return [
         tr(
-            "{} gives {:.4g} {} at its end {} = {:g}, the bench's mean is"
-            " {:.4g} {}: it has no answer within its own rows; followed beyond"
-            " them it answers {:.4f}",
+            "{} gives {:.4g} {} at its end {} = {:g}, the bench's mean is {:.4g} {}: it"
+            " has no answer within its own rows; followed beyond them it answers"
+            " {:.4f}",
             fit.rig.equation,
             ends[near],
             fit.rig.unit,
@@ -162,16 +162,15 @@ def _pile(readings: RigReadings, tables: Path, printed: dict) -> SurfaceFit:
         if noise is None:
             raise ValueError(
                 tr(
-                    "{}: no point run twice with different angles tells the"
-                    " scatter of the bench's only pile",
+                    "{}: no point run twice with different angles tells the scatter of"
+                    " the bench's only pile",
                     file,
                 )
             )
         notes.append(
             tr(
-                "one bench pile: its scatter is taken to be that of the"
-                " simulated piles at the centre, {:.2g}° on {:g} degrees of"
-                " freedom",
+                "one bench pile: its scatter is taken to be that of the simulated piles"
+                " at the centre, {:.2g}° on {:g} degrees of freedom",
                 noise[0],
                 noise[1],
             )

@@ -137,8 +137,8 @@ def untried_in_words(left: Sequence[str], recorded: Collection[str]) -> list[str
     return [
         *untried,
         tr(
-            "{}: --next-test simulates the tests that this bench has none of,"
-            " and says what each would leave",
+            "{}: --next-test simulates the tests that this bench has none of, and says"
+            " what each would leave",
             tr(" and ").join(left),
         ),
     ]

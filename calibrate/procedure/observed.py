@@ -153,8 +153,8 @@ def _read(
         return read, []
     ratios = _ratios(read, rig)
     note = tr(
-        "not used in the posterior: {}, weighed of the {} as described,"
-        " not of the slice",
+        "not used in the posterior: {}, weighed of the {} as described, not of the"
+        " slice",
         tr(" and ").join(weighed),
         rig.name,
     )

@@ -167,9 +167,9 @@ def too_scattered(
     unit = with_unit(rig.unit)
     return (
         tr(
-            "finding for diagnosis: the bench's {} scatter by {:.2g}{},"
-            " simulated ones by {:.2g}{}: recordings contradict one another, or"
-            " the bench has something that the simulation has not",
+            "finding for diagnosis: the bench's {} scatter by {:.2g}{}, simulated ones"
+            " by {:.2g}{}: recordings contradict one another, or the bench has"
+            " something that the simulation has not",
             rig.in_plural,
             own,
             unit,
@@ -212,8 +212,8 @@ def add_piles(
     readings = added * stage.rig.per_run
     return done, [
         tr(
-            "{} {} more than the design's, where they tell most: the intervals"
-            " of the seed–seed parameters came to {:.0%} of their width; {}",
+            "{} {} more than the design's, where they tell most: the intervals of the"
+            " seed–seed parameters came to {:.0%} of their width; {}",
             readings,
             stage.rig.in_plural,
             widths[-1] / widths[0],

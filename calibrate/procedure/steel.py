@@ -192,8 +192,8 @@ def simulate_steel(stage: SteelStage) -> SteelFit:
         rig, x = stage.rig, fit.rows[stage.rig.parameter]
         raise Unreachable(
             tr(
-                "finding for diagnosis: no {} from {:g} to {:g} gives the"
-                " bench's {:.4g} {}",
+                "finding for diagnosis: no {} from {:g} to {:g} gives the bench's"
+                " {:.4g} {}",
                 rig.parameter,
                 x.min(),
                 x.max(),

@@ -16,8 +16,8 @@ def ties_in_words(ties: pd.DataFrame) -> list[str]:
     """A sentence on each of the closest pairs of `trade_offs`."""
     return [
         tr(
-            "{} and {} are known together rather than each by itself: with a"
-            " higher {} and a {} {} the recordings would look the same",
+            "{} and {} are known together rather than each by itself: with a higher {}"
+            " and a {} {} the recordings would look the same",
             row.one,
             row.other,
             row.one,

@@ -64,8 +64,8 @@ def bench_mean(
     if np.ptp(x) == 0 and measured == 0:
         raise ValueError(
             tr(
-                "{}: all {} readings equal {:g}; resolution hides their"
-                " scatter: state reading_sd",
+                "{}: all {} readings equal {:g}; resolution hides their scatter: state"
+                " reading_sd",
                 name,
                 x.size,
                 x[0],
@@ -89,8 +89,8 @@ def one_reading(
     if not (np.isfinite(value) and scatter_sd > 0 and df >= 1 and shared_sd >= 0):
         raise ValueError(
             tr(
-                "{}: one reading needs a scatter_sd above 0 from elsewhere, on"
-                " df of at least 1",
+                "{}: one reading needs a scatter_sd above 0 from elsewhere, on df of at"
+                " least 1",
                 name,
             )
         )

@@ -92,8 +92,8 @@ def _stand(
     if outcome != "reached":
         words.append(
             tr(
-                "no parameters of the box give it (it reaches {:.4g} to"
-                " {:.4g}): a finding about the model, or the box is too small",
+                "no parameters of the box give it (it reaches {:.4g} to {:.4g}): a"
+                " finding about the model, or the box is too small",
                 least,
                 most,
             )

@@ -78,8 +78,8 @@ def predictive(draws: ArrayLike, repeats: ArrayLike) -> Predictive:
     if y.size < LEAST_DRAWS or r.size < LEAST_PACKINGS:
         raise ValueError(
             tr(
-                "{} runs at drawn parameters and {} at one set: at least {}"
-                " and {} are needed",
+                "{} runs at drawn parameters and {} at one set: at least {} and {} are"
+                " needed",
                 y.size,
                 r.size,
                 LEAST_DRAWS,
@@ -92,8 +92,8 @@ def predictive(draws: ArrayLike, repeats: ArrayLike) -> Predictive:
     if not min(drawn, packed) > 0:
         raise ValueError(
             tr(
-                "runs on different packings gave the very same angle: there is"
-                " no scatter"
+                "runs on different packings gave the very same angle: there is no"
+                " scatter"
             )
         )
     low, high = np.sqrt(min(drawn, packed)) / REACH, REACH * np.sqrt(max(drawn, packed))

@@ -29,8 +29,8 @@ class Prior:
             if not (np.isfinite(mean) and np.isfinite(sd) and sd > 0):
                 raise ValueError(
                     tr(
-                        "prior for {}: mean must be finite and sd above 0;"
-                        " here are {:g} and {:g}",
+                        "prior for {}: mean must be finite and sd above 0; here are"
+                        " {:g} and {:g}",
                         name,
                         mean,
                         sd,

@@ -148,9 +148,8 @@ def _recordings(
         )
         ui.label(
             tr(
-                "or drop photos, films, tables or whole folders anywhere on"
-                " this page. A"
-                " photo is measured at once."
+                "or drop photos, films, tables or whole folders anywhere on this page."
+                " A photo is measured at once."
             )
         ).classes("soft")
     if not good and not trouble:

@@ -126,8 +126,8 @@ class KeysForm:
             self.loaded[place] = present
             raise Refused(
                 tr(
-                    "{} was changed meanwhile, elsewhere: it is {} now. Yours"
-                    " is not saved; change it again to save it all the same",
+                    "{} was changed meanwhile, elsewhere: it is {} now. Yours is not"
+                    " saved; change it again to save it all the same",
                     place[1],
                     _shown(present) or tr("not stated"),
                 )
@@ -242,8 +242,7 @@ class _Conditions:
             ui.label(
                 tr(
                     "Conditions: whatever differs between recordings, such as"
-                    " moisture_pct"
-                    " = 12.5 or plate = steel 3"
+                    " moisture_pct = 12.5 or plate = steel 3"
                 )
             ).classes("text-xs soft")
             self.place = ui.column().classes("w-full gap-0")

@@ -476,9 +476,8 @@ class View:
         if not self.recording.path.is_dir():
             ui.label(
                 tr(
-                    "This photo lies loose in the folder. The first correction"
-                    " puts it into"
-                    " a folder of its own, which holds what is said of it."
+                    "This photo lies loose in the folder. The first correction puts it"
+                    " into a folder of its own, which holds what is said of it."
                 )
             ).classes("soft")
             recording_menu.own_folder_button(self.site, self.recording)
@@ -629,8 +628,8 @@ class View:
         if other := [r.id for r in chosen if photo_size(r.files[0]) != size]:
             raise Refused(
                 tr(
-                    "{}: not of {} × {} px as this photo is; places in px do"
-                    " not fit there. Nothing was changed",
+                    "{}: not of {} × {} px as this photo is; places in px do not fit"
+                    " there. Nothing was changed",
                     ", ".join(other),
                     size[0],
                     size[1],

@@ -18,9 +18,8 @@ def panel(site: Site, bench: Path) -> None:
     if not pairs:
         ui.label(
             tr(
-                "No twin to show: a calibration runs one of every rig that has"
-                " more than"
-                " readings, a full diagnosis films one."
+                "No twin to show: a calibration runs one of every rig that has more"
+                " than readings, a full diagnosis films one."
             )
         )
         return

@@ -96,8 +96,8 @@ def _disagreement(told: Told, camera: Camera) -> str:
     if apart < DISAGREES:
         return ""
     return tr(
-        "[camera] {} = {:g} is stated, and the board in the picture says"
-        " {} ({:.1f} sds apart)",
+        "[camera] {} = {:g} is stated, and the board in the picture says {} ({:.1f} sds"
+        " apart)",
         told.key,
         stated,
         plus_minus(told.value, told.sd, told.unit),
@@ -112,8 +112,8 @@ def _in_words(board: BoardView) -> str:
     down = tr("looking down by {:.1f}°, ", pitch) * (pitch_sd < KNOWN_PITCH_DEG)
     aside = tr("; it is turned by {:.0f}°", turned) if turned > TURNED_DEG else ""
     return tr(
-        "a printed board ({}, {} corners) tells the camera: {}, {}gravity"
-        " {:+.2f}° from straight down{}",
+        "a printed board ({}, {} corners) tells the camera: {}, {}gravity {:+.2f}° from"
+        " straight down{}",
         board.sheet_name,
         len(board.corners.board_mm),
         plus_minus(scale, sd, "mm per px"),

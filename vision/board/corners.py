@@ -56,8 +56,8 @@ def find_corners(image: np.ndarray) -> Corners:
     require(
         len(about) >= FEWEST and np.linalg.matrix_rank(about) >= 2,
         tr(
-            "of the board in the picture {} corners are seen; {} in two rows"
-            " tell its place: nearer, sharper or less covered",
+            "of the board in the picture {} corners are seen; {} in two rows tell its"
+            " place: nearer, sharper or less covered",
             len(about),
             FEWEST,
         ),

@@ -71,8 +71,8 @@ def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
     require(
         recording.rig == "drop",
         tr(
-            "{}: sound shows the impacts of a drop; a {} needs pictures, a"
-            " track or light gates",
+            "{}: sound shows the impacts of a drop; a {} needs pictures, a track or"
+            " light gates",
             file,
             recording.rig,
         ),
@@ -82,8 +82,8 @@ def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
     if stated and file_fps and abs(stated / file_fps - 1) > MOST_RATE_DIFFERENCE:
         raise MeasurementError(
             tr(
-                "{}: [camera] fps = {:g}, but the file plays {:g} a second,"
-                " and its sound with it: slow motion",
+                "{}: [camera] fps = {:g}, but the file plays {:g} a second, and its"
+                " sound with it: slow motion",
                 file,
                 stated,
                 file_fps,
@@ -154,8 +154,8 @@ def _heard_drop(
 
 def _too_few(onsets: Onsets) -> str:
     message = tr(
-        "{} sudden sounds, but none whose intervals shrink as those of a"
-        " bouncing body's impacts",
+        "{} sudden sounds, but none whose intervals shrink as those of a bouncing"
+        " body's impacts",
         len(onsets),
     )
     advice = tr(

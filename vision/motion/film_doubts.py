@@ -106,8 +106,8 @@ def size_doubt(
     # places of a fall are compared with parabolas
     if hidden > MOST_HIDDEN and not falling:
         return tr(
-            "the seed is partly hidden or merged with something in {:.0f}"
-            " % of the frames in which it moves",
+            "the seed is partly hidden or merged with something in {:.0f} % of the"
+            " frames in which it moves",
             100 * hidden,
         )
     clear = ~track.outlier & np.isfinite(area)  # a place set by hand has no silhouette
@@ -122,8 +122,8 @@ def size_doubt(
             else tr("at least {:.3g}", least)
         )
         return tr(
-            "what moves covers {:.3g} px, the stated seed {}: a part of"
-            " it, or more than it, was tracked",
+            "what moves covers {:.3g} px, the stated seed {}: a part of it, or more"
+            " than it, was tracked",
             typical,
             side,
         )
@@ -135,8 +135,8 @@ def size_doubt(
         ratio = float(np.median(area[resting])) / typical
         if not 1 / (turns * (1 + AREA_MARGIN)) < ratio < turns * (1 + AREA_MARGIN):
             return tr(
-                "at rest what is tracked covers {:.2f} × what it covers in"
-                " motion: it is not the seed alone",
+                "at rest what is tracked covers {:.2f} × what it covers in motion: it"
+                " is not the seed alone",
                 ratio,
             )
     return ""

@@ -368,8 +368,8 @@ def correct_impacts(
                 until = sound.start_s + sound.duration_s
                 raise MeasurementError(
                     tr(
-                        "{}: [drop] {}: {:g} s is not in this sound, {:.3g} to"
-                        " {:.4g} s",
+                        "{}: [drop] {}: {:g} s is not in this sound, {:.3g} to {:.4g}"
+                        " s",
                         where,
                         name,
                         at,
@@ -384,8 +384,8 @@ def correct_impacts(
         require(
             row is None or not found.added[row],
             tr(
-                "{}: [drop] impacts_added_s and impacts_struck_s both name the"
-                " impact at {:g} s",
+                "{}: [drop] impacts_added_s and impacts_struck_s both name the impact"
+                " at {:g} s",
                 where,
                 at,
             ),

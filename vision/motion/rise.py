@@ -38,8 +38,8 @@ def rise_of(track: Track, recording: Recording) -> Rise:
     require(
         len(flights.rows[1]) if flown else after >= LEAST_ROWS,
         tr(
-            "{}: next to nothing is seen of the seed after its impact: it left"
-            " the picture, or the recording ends there",
+            "{}: next to nothing is seen of the seed after its impact: it left the"
+            " picture, or the recording ends there",
             recording.path,
         ),
     )

@@ -161,8 +161,8 @@ def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
     )
     if first < seen_from:
         note = tr(
-            "the seed was found from frame {} on as something that moves,"
-            " and from frame {} on by a template of it",
+            "the seed was found from frame {} on as something that moves, and from"
+            " frame {} on by a template of it",
             seen_from,
             first,
         )

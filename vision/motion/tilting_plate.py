@@ -139,8 +139,8 @@ def _without_plate(
     """The block where no plate is seen, whose angle is stated."""
     if recording.slide.tilt_rate_deg_s is None:
         text = tr(
-            "no tilting plate edge is seen in the picture, and [slide] start_deg"
-            " and tilt_rate_deg_s are missing"
+            "no tilting plate edge is seen in the picture, and [slide] start_deg and"
+            " tilt_rate_deg_s are missing"
         )
         raise MeasurementError(f"{recording.toml}: {text}")
     stated = recording.track

@@ -69,8 +69,8 @@ class Track:
             key = "mm_per_px" if self.unit != "mm" else "fps"
             raise MeasurementError(
                 tr(
-                    "{}: [camera] {} is missing; an acceleration needs lengths"
-                    " and times",
+                    "{}: [camera] {} is missing; an acceleration needs lengths and"
+                    " times",
                     recording.toml,
                     key,
                 )

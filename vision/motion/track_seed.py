@@ -295,8 +295,8 @@ def _to_track(
         (
             hidden,
             tr(
-                "{} frames with the seed partly hidden or merged with"
-                " something (marked as outliers)",
+                "{} frames with the seed partly hidden or merged with something (marked"
+                " as outliers)",
                 hidden,
             ),
         ),

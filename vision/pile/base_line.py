@@ -126,8 +126,8 @@ def _beside_plumb(base: BaseLine, camera: Camera) -> BaseLine:
     if abs(off) <= max(MOST_TILT_DEG, 3 * sd):
         return base
     why = tr(
-        "the plate in the picture is {:.1f}° off level by plumb_deg as"
-        " stated: one of both is wrong",
+        "the plate in the picture is {:.1f}° off level by plumb_deg as stated: one of"
+        " both is wrong",
         abs(off),
     )
     return replace(base, doubt="; ".join(filter(None, (base.doubt, why))))

@@ -231,8 +231,8 @@ def _flank(
         (
             again > 0.2 * top,
             tr(
-                "the surface falls and rises again: two piles, or something in"
-                " front of it"
+                "the surface falls and rises again: two piles, or something in front of"
+                " it"
             ),
         ),
     )

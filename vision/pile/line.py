@@ -197,8 +197,8 @@ def fit_flank(
         (
             angle > STEEP_DEG,
             tr(
-                "steeper than {:.0f}°: is the picture turned, or is this no"
-                " slope of grains?",
+                "steeper than {:.0f}°: is the picture turned, or is this no slope of"
+                " grains?",
                 STEEP_DEG,
             ),
         ),

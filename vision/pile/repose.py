@@ -248,8 +248,8 @@ def _other_heaps(region: Region) -> Iterator[str]:
         x, _, foot = region.rival[:3]
         yield (
             tr(
-                "another part of the picture, about x {:.0f}, y {:.0f} px,"
-                " looks as much like a heap: name the pile by --roi",
+                "another part of the picture, about x {:.0f}, y {:.0f} px, looks as"
+                " much like a heap: name the pile by --roi",
                 x,
                 foot,
             )
@@ -458,9 +458,8 @@ def _notes(layered: tuple[str, ...], heap: Heap, wide: float) -> Iterator[str]:
         if flank.problem == WALL and not margin < flank.toe < wide - 1 - margin:
             yield (
                 tr(
-                    "the heap reaches the picture's {} border, where it is"
-                    " taken to lean on a wall: if it goes on, its angle is a"
-                    " part's",
+                    "the heap reaches the picture's {} border, where it is taken to"
+                    " lean on a wall: if it goes on, its angle is a part's",
                     flank.side,
                 )
             )
@@ -518,8 +517,8 @@ def _doubts(
         if apart > max(3 * np.hypot(sd, 2 * horizontal_sd), MOST_LOPSIDED_DEG):
             yield (
                 tr(
-                    "left and right differ by {:.1f}°: the camera or the plate"
-                    " is tilted, or the heap is lopsided",
+                    "left and right differ by {:.1f}°: the camera or the plate is"
+                    " tilted, or the heap is lopsided",
                     apart,
                 )
             )

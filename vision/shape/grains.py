@@ -297,8 +297,8 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
         (
             soft,
             tr(
-                "its edge is soft or darker on one side: a shadow may be"
-                " measured with it"
+                "its edge is soft or darker on one side: a shadow may be measured with"
+                " it"
             ),
         ),
         (

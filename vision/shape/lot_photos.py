@@ -124,8 +124,8 @@ def measure_lot_photos(
         hint = tr("sizes may be up to {:.1f} % too large", 100 * 2 * higher)
         notes.append(
             tr(
-                "the camera's distance is not stated: seeds are above the"
-                " paper, so that {}; state --distance-mm",
+                "the camera's distance is not stated: seeds are above the paper, so"
+                " that {}; state --distance-mm",
                 hint,
             )
         )

@@ -90,8 +90,8 @@ def measure_coverage(image: np.ndarray) -> Covered:
     require(
         least <= share <= most,
         tr(
-            "seeds cover {:.2f} of the picture: one layer covers {:g} to {:g};"
-            " the plate must fill the picture",
+            "seeds cover {:.2f} of the picture: one layer covers {:g} to {:g}; the"
+            " plate must fill the picture",
             share,
             least,
             most,
