@@ -10,7 +10,7 @@ from benchtwin.bench.language import tr
 from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.rigs.roll.roll_path import stays_on_incline
 from benchtwin.twin.pair import Curve
-from benchtwin.twin.seen import Observed, entries_of, sections_of, track_of
+from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.track import Track
@@ -42,63 +42,40 @@ class SeenRoll:
 
     recording: str
     session: str
-    frame: np.ndarray
-    time_s: np.ndarray
-    x_mm: np.ndarray
-    angle_deg: np.ndarray | None
-    description: dict
-    run_out_mm: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    frame: np.ndarray = field(default_factory=no_rows)
+    time_s: np.ndarray = field(default_factory=no_rows)
+    x_mm: np.ndarray = field(default_factory=no_rows)
+    angle_deg: np.ndarray | None = None
+    description: dict = field(default_factory=dict)
+    run_out_mm: np.ndarray = field(default_factory=no_rows)
     notes: tuple[str, ...] = ()
     trouble: str = ""
-    sd_mm: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    sd_mm: np.ndarray = field(default_factory=no_rows)
     gates: bool = False
 
 
 def read_rolls(folder: Path | Observed) -> list[SeenRoll]:
     """Every roll under `folder`; one that cannot be used says why. FileNotFoundError
     without a folder."""
-    rolls = entries_of(folder, "roll")
-    return [_seen(entry, rolls) for entry in rolls.entries]
+    return list(seen_of(folder, "roll", SeenRoll, _seen, describe))
 
 
-def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenRoll:
-    none = np.zeros(0)
-    if isinstance(entry, MeasurementError):
-        return SeenRoll(
-            entry.recording, "", none, none, none, None, {}, trouble=str(entry)
-        )
-    try:
-        if entry.evidence == "readings.csv":
-            return _readings(entry)
-        return roll_of(track_of(entry, observed), entry)
-    except MeasurementError as error:
-        return SeenRoll(
-            entry.id,
-            entry.session or "",
-            none,
-            none,
-            none,
-            None,
-            describe(entry),
-            trouble=str(error),
-        )
+def _seen(entry: Recording, observed: Observed) -> list[SeenRoll]:
+    if entry.evidence == "readings.csv":
+        return [_readings(entry)]
+    return [roll_of(track_of(entry, observed), entry)]
 
 
 def _readings(recording: Recording) -> SeenRoll:
-    table, none = read_readings(recording.files[0]), np.zeros(0)
+    table = read_readings(recording.files[0])
     if "run_out_mm" not in table.rows:
         raise MeasurementError(tr("{}: no column run_out_mm", recording.files[0]))
-    values = table.rows["run_out_mm"].dropna().to_numpy(float)
     return SeenRoll(
         recording.id,
         recording.session or "",
-        none,
-        none,
-        none,
-        None,
-        describe(recording),
-        values,
-        table.notes,
+        description=describe(recording),
+        run_out_mm=table.rows["run_out_mm"].dropna().to_numpy(float),
+        notes=table.notes,
     )
 
 
