@@ -229,6 +229,19 @@ def counterpart(
     return Counterpart(f"{what} {{value}} · (v / {speed:g} m/s)^{power:g}", change)
 
 
+def resisting(what: str, law: str, top: float) -> Callable[[str, float], dict]:
+    """How a resistance as a power of speed over `top` [m/s] acts, here and as the law
+    of the twin."""
+
+    def acts(name: str, power: float) -> dict:
+        return {
+            "resist": lambda speed, value, of, more: value * raised(speed / top, power),
+            "counterpart": counterpart(what, law, "size", name, top, power),
+        }
+
+    return acts
+
+
 def raised(over: np.ndarray, power: float) -> np.ndarray:
     """over^power, as the twin's laws have it."""
     return (np.maximum(over, LEAST_OVER) if power < 0 else over) ** power

@@ -11,7 +11,7 @@ from benchtwin.bench.table import Table, over
 from benchtwin.infer import power_law
 from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
 from benchtwin.infer.possible_law import LEFT
-from benchtwin.infer.power_law import Family, Law, counterpart, raised, reference
+from benchtwin.infer.power_law import Family, Law, raised, reference, resisting
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.roll.model import run_motion, way_of
@@ -166,9 +166,10 @@ def law_of(base: Fit) -> Law:
         return (LEFT - 1) * model.mu * (1 + at["mu"])
 
     slowest = min(float(s.min()) for s in at.speed) / top
+    acts = resisting(tr("rolling friction is more by"), "rolling_power", top)
     families = [
         replace(
-            _resisting("speed", f"at {top:g} m/s", POWERS, _in_the_twin(top)),
+            _resisting("speed", f"at {top:g} m/s", POWERS, acts),
             least=slowest,
             low=least_drive,
         ),
@@ -209,28 +210,6 @@ def _resisting(quantity: str, where: str, powers, acts=None) -> Family:
         tr("the twin knows no resistance that goes with {}", tr(quantity))
         * (acts is None),
     )
-
-
-def _in_the_twin(top: float):
-    """How a resistance as a power of speed over `top` [m/s] acts here and there."""
-
-    def acts(name: str, power: float) -> dict:
-        def resist(speed: np.ndarray, value: float, seed, more) -> np.ndarray:
-            return value * raised(speed / top, power)
-
-        return {
-            "resist": resist,
-            "counterpart": counterpart(
-                tr("rolling friction is more by"),
-                "rolling_power",
-                "size",
-                name,
-                top,
-                power,
-            ),
-        }
-
-    return acts
 
 
 def _on_part(low: float, high: float) -> Family:

@@ -8,7 +8,7 @@ import numpy as np
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.language import tr
 from benchtwin.infer import power_law
-from benchtwin.infer.power_law import Family, Law, counterpart, raised, reference
+from benchtwin.infer.power_law import Family, Law, raised, reference, resisting
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.slide.model import run_motion
@@ -83,9 +83,10 @@ def law_of(fit: Fit) -> Law:
         cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[r] > 0)
         over = [raised(axes[a][r] / most[a], p) for a in WORDS for p in POWERS]
         pushes.append([-cosine * column for column in over])
+    acts = resisting(tr("friction is more by"), "friction_power", most["v_m_s"])
     families = [
         _friction(tr("at {:g} mm", most["x_mm"]), "x_mm"),
-        _friction(f"at {most['v_m_s']:g} m/s", "v_m_s", _in_the_twin(most["v_m_s"])),
+        _friction(f"at {most['v_m_s']:g} m/s", "v_m_s", acts),
         _friction(f"after {most['t_s']:g} s", "t_s"),
     ]
     return power_law.law_of(fit, families, _travelled(fit, pushes))
@@ -108,19 +109,3 @@ def _friction(where: str, axis: str, acts=None) -> Family:
         tr("the twin knows no friction that goes with {}", tr(WORDS[axis]))
         * (acts is None),
     )
-
-
-def _in_the_twin(top: float):
-    """How friction as a power of speed over `top` [m/s] acts here and there."""
-
-    def acts(name: str, power: float) -> dict:
-        return {
-            "resist": lambda speed, value, run, more: (
-                value * raised(speed / top, power)
-            ),
-            "counterpart": counterpart(
-                tr("friction is more by"), "friction_power", "size", name, top, power
-            ),
-        }
-
-    return acts
