@@ -13,18 +13,17 @@ from benchtwin.vision.evidence.film_or_photos import (
 )
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.read_keys import read_toml
+from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import (
     RESULTS_MARK,
     VIDEO_SUFFIXES,
     Recording,
     bare_recording,
-    photos_in,
+    files_in,
     read_recording,
-    sounds_in,
     tool_files_in,
     tool_recording,
-    videos_in,
 )
 
 LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
@@ -71,7 +70,7 @@ def find_recordings(
     for folder in inside:
         if _is_recording(folder):
             found.append(_attempt(read_recording, folder, defaults))
-        elif photos_in(folder) or tool_files_in(folder):
+        elif files_in(folder, PHOTO_SUFFIXES) or tool_files_in(folder):
             found += _loose_files(folder, defaults)
         else:
             others.append(folder)
@@ -83,8 +82,9 @@ def find_recordings(
         for p in closed
     ]
     found += _loose_files(path, defaults)
-    loose = [*videos_in(path), *sounds_in(path)] if _is_named_bench(path) else []
-    found += [_attempt(bare_recording, p) for p in loose]
+    if _is_named_bench(path):
+        for suffixes in (VIDEO_SUFFIXES, SOUND_SUFFIXES):
+            found += [_attempt(bare_recording, p) for p in files_in(path, suffixes)]
     nothing = tr(
         "{}: nothing to measure here (no recording.toml, no photo, no"
         " video, no sound, no track.csv)",
@@ -158,10 +158,10 @@ def _folders(path: Path) -> tuple[list[Path], list[Path]]:
 def _is_recording(folder: Path) -> bool:
     files = ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames")
     named = any((folder / name).exists() for name in files)
-    heard = bool(sounds_in(folder)) and not photos_in(folder)
-    return named or (
-        (heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists()
+    media = bool(files_in(folder, VIDEO_SUFFIXES)) or (
+        bool(files_in(folder, SOUND_SUFFIXES)) and not files_in(folder, PHOTO_SUFFIXES)
     )
+    return named or (media and not _is_named_bench(folder))
 
 
 def _is_bench(folder: Path, visited: set[Path]) -> bool:
@@ -178,7 +178,7 @@ def _is_bench(folder: Path, visited: set[Path]) -> bool:
 def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementError]:
     """A recording for each photo and each file of another tool in a folder; for the
     frames of a film that fill it, one."""
-    photos, tools = photos_in(folder), tool_files_in(folder)
+    photos, tools = files_in(folder, PHOTO_SUFFIXES), tool_files_in(folder)
     found: list[Recording | MeasurementError] = []
     for stem, names in numbered_runs(p.name for p in photos).items():
         judged = film_or_photos({name: folder / name for name in names})

@@ -30,6 +30,7 @@ from benchtwin.vision.evidence.film_or_photos import (
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES, only_sound
+from benchtwin.vision.foreign import SUFFIXES as TOOL_SUFFIXES
 from benchtwin.vision.foreign import tool_of
 from benchtwin.vision.foreign.as_evidence import Evidence, evidence_of
 from benchtwin.vision.measurement import MeasurementError, require
@@ -204,7 +205,8 @@ def _recording(
     fields = validate(
         stated, (path if path.is_dir() else path.parent) / "recording.toml"
     )
-    beside = sounds_in(path) if path.is_dir() and kind in ("frames", "video") else []
+    filmed = path.is_dir() and kind in ("frames", "video")
+    beside = files_in(path, SOUND_SUFFIXES) if filmed else []
     return Recording(
         id=fields.id or name,
         path=path,
@@ -294,22 +296,8 @@ def among_results(path: Path, bench: Path) -> bool:
     )
 
 
-def photos_in(folder: Path) -> list[Path]:
-    """The photos in a folder, by name."""
-    return _files_ending(folder, PHOTO_SUFFIXES)
-
-
-def videos_in(folder: Path) -> list[Path]:
-    """The videos in a folder, by name."""
-    return _files_ending(folder, VIDEO_SUFFIXES)
-
-
-def sounds_in(folder: Path) -> list[Path]:
-    """The sounds in a folder, by name."""
-    return _files_ending(folder, SOUND_SUFFIXES)
-
-
-def _files_ending(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
+def files_in(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    """The files in a folder that end so, by name; none that are hidden."""
     return sorted(
         p
         for p in folder.iterdir()
@@ -365,11 +353,7 @@ def _kind(path: Path) -> str:
 
 def tool_files_in(folder: Path) -> list[Path]:
     """The files of other tools in a folder, by name."""
-    return sorted(
-        p
-        for p in folder.iterdir()
-        if not p.name.startswith(".") and p.is_file() and tool_of(p)
-    )
+    return [p for p in files_in(folder, TOOL_SUFFIXES) if tool_of(p)]
 
 
 def _series(photos: Sequence[Path]) -> Judgement:
@@ -394,21 +378,21 @@ def _find_evidence(
         if (folder / name).is_file():
             return name, (folder / name,)
     if (folder / "frames").is_dir():
-        if frames := tuple(photos_in(folder / "frames")):
+        if frames := tuple(files_in(folder / "frames", PHOTO_SUFFIXES)):
             return "frames", frames
         known = ", ".join(PHOTO_SUFFIXES)
         raise MeasurementError(
             tr("{}: the folder holds no frames ({})", folder / "frames", known)
         )
-    if videos := videos_in(folder):
+    if videos := files_in(folder, VIDEO_SUFFIXES):
         return _kind(_only(folder, "videos", videos)), tuple(videos)
-    if rig != "pile" and (sounds := sounds_in(folder)):
+    if rig != "pile" and (sounds := files_in(folder, SOUND_SUFFIXES)):
         return "sound", (_only(folder, "sounds", sounds),)
     if tools := tool_files_in(folder):
         return evidence_of(_only(folder, tr("files of other tools"), tools)), tuple(
             tools
         )
-    if photos := tuple(photos_in(folder)):
+    if photos := tuple(files_in(folder, PHOTO_SUFFIXES)):
         many = len(photos) >= LEAST_FRAMES
         filmed = _series(photos).kind == FILM if rig is None else rig != "pile"
         return "frames" if many and filmed else "photos", photos

@@ -278,56 +278,53 @@ class Video(FrameSource):
         with _opened(self.path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "AUTO"
-            frames = container.decode(stream)
-            while True:
-                try:
-                    frame = next(frames)
-                except StopIteration:
-                    break
-                except av.error.FFmpegError as error:
-                    self.note(
-                        tr(
-                            "the video is damaged after frame {} ({})",
-                            index - 1,
-                            error.strerror,
+            try:
+                for frame in container.decode(stream):
+                    clock = index / (self._file_fps or np.nan)
+                    stamp = clock if frame.time is None else frame.time
+                    start = stamp if start is None else start
+                    time = self._time(index) if self._stated_fps else stamp - start
+                    if time <= last:
+                        self.note(
+                            tr(
+                                "frame {} skipped: its time stamp {:.4f} s does"
+                                " not increase",
+                                index,
+                                stamp,
+                            )
                         )
-                    )
-                    break
-                clock = index / (self._file_fps or np.nan)
-                stamp = clock if frame.time is None else frame.time
-                start = stamp if start is None else start
-                time = self._time(index) if self._stated_fps else stamp - start
-                if time <= last:
-                    self.note(
-                        tr(
-                            "frame {} skipped: its time stamp {:.4f} s does"
-                            " not increase",
-                            index,
-                            stamp,
+                    elif (frame.width, frame.height) != (
+                        size := size or (frame.width, frame.height)
+                    ):
+                        self.note(
+                            tr(
+                                "frame {} skipped: its size {} × {} is not that of"
+                                " the others",
+                                index,
+                                frame.width,
+                                frame.height,
+                            )
                         )
-                    )
-                elif (frame.width, frame.height) != (
-                    size := size or (frame.width, frame.height)
-                ):
-                    self.note(
-                        tr(
-                            "frame {} skipped: its size {} × {} is not that of"
-                            " the others",
-                            index,
-                            frame.width,
-                            frame.height,
+                    elif index >= first and (index - first) % every == 0:
+                        self._grey = (
+                            _is_grey(frame) if self._grey is None else self._grey
                         )
+                        upright = np.rot90(
+                            _pixels(frame, self._grey), round(frame.rotation / 90) % 4
+                        )
+                        yield Frame(index, time, np.ascontiguousarray(upright))
+                    last = max(last, time)
+                    index += 1
+                    if index == stop:
+                        return
+            except av.error.FFmpegError as error:
+                self.note(
+                    tr(
+                        "the video is damaged after frame {} ({})",
+                        index - 1,
+                        error.strerror,
                     )
-                elif index >= first and (index - first) % every == 0:
-                    self._grey = _is_grey(frame) if self._grey is None else self._grey
-                    upright = np.rot90(
-                        _pixels(frame, self._grey), round(frame.rotation / 90) % 4
-                    )
-                    yield Frame(index, time, np.ascontiguousarray(upright))
-                last = max(last, time)
-                index += 1
-                if index == stop:
-                    return
+                )
         require(
             index != 0, tr("{}: the video holds no frame that can be read", self.path)
         )

@@ -3,6 +3,7 @@ the clock of the pictures."""
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -131,41 +132,42 @@ def _blocks(
     until the end or LONGEST_S."""
     import av
 
-    frames = container.decode(container.streams.audio[0])
     resampler, count = av.AudioResampler("fltp"), 0  # to float32 of full scale 1
-    while count < LONGEST_S * rate:
-        try:
-            frame = next(frames)
+    try:
+        for frame in container.decode(container.streams.audio[0]):
             parts = resampler.resample(frame) if frame.sample_rate == rate else []
-        except StopIteration:
-            return
-        except (av.error.FFmpegError, ValueError) as error:
-            notes.append(
-                tr(
-                    "{}: the sound is damaged after {:.3g} s ({})",
-                    file.name,
-                    count / rate,
-                    getattr(error, "strerror", error),
+            if not parts:
+                notes.append(
+                    tr(
+                        "{}: the sound changes its rate after {:.3g} s and is left"
+                        " out from there",
+                        file.name,
+                        count / rate,
+                    )
                 )
-            )
-            return
-        if not parts:
-            notes.append(
-                tr(
-                    "{}: the sound changes its rate after {:.3g} s and is left"
-                    " out from there",
-                    file.name,
-                    count / rate,
+                return
+            planes = np.concatenate([part.to_ndarray() for part in parts], axis=1)
+            block = np.nan_to_num(planes.mean(axis=0)).clip(-8, 8)
+            count += len(block)
+            yield frame.time, block
+            if count >= LONGEST_S * rate:
+                notes.append(
+                    tr(
+                        "{}: only the first {:g} s of its sound are used",
+                        file.name,
+                        LONGEST_S,
+                    )
                 )
+                return
+    except (av.error.FFmpegError, ValueError) as error:
+        notes.append(
+            tr(
+                "{}: the sound is damaged after {:.3g} s ({})",
+                file.name,
+                count / rate,
+                getattr(error, "strerror", error),
             )
-            return
-        planes = np.concatenate([part.to_ndarray() for part in parts], axis=1)
-        block = np.nan_to_num(planes.mean(axis=0)).clip(-8, 8)
-        count += len(block)
-        yield frame.time, block
-    notes.append(
-        tr("{}: only the first {:g} s of its sound are used", file.name, LONGEST_S)
-    )
+        )
 
 
 def _fill_gaps(
@@ -203,12 +205,10 @@ def _first_picture(file: Path) -> float:
     """Time stamp [s] of the first picture, 0 where none can be read."""
     import av
 
-    with open_media(file) as container:
-        try:
-            frame = next(container.decode(_picture_stream(container)), None)
-        except av.error.FFmpegError:
-            frame = None
-    return float(frame.time) if frame is not None and frame.time is not None else 0.0
+    with open_media(file) as container, suppress(av.error.FFmpegError):
+        for frame in container.decode(_picture_stream(container)):
+            return float(frame.time or 0.0)
+    return 0.0
 
 
 def open_media(file: Path, kind: str = "a sound or film") -> Any:

@@ -26,6 +26,7 @@ TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
 GATE_PLACE = {  # column of a gate's place: height above the plate, or along the path
     rig.name: rig.gate_place for rig in RIGS.values() if rig.gate_place
 }
+IN_WORDS = ("gate", "note", "repeat")
 GATE_EXTRA = ("sd_s", "sd_mm", "gate", "note")
 LEAST_GATES = 4  # place, speed, acceleration, and one degree of freedom
 SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
@@ -72,9 +73,7 @@ def read_track_csv(path: Path) -> Table:
     if clock not in there:
         clock = next((c for c in ("t_s", "frame") if c in there), clock)
     needed = (clock, *places)
-    _check_columns(path, rows, needed, TRACK_EXTRA)
-    _check_sds(path, rows)
-    rows, notes = _drop_incomplete(path, rows, list(needed))
+    rows, notes = _complete(path, rows, needed, TRACK_EXTRA)
     if (back := np.diff(rows[clock]) < 0).any():
         first = rows.index[np.argmax(back) + 1] + 2
         notes.append(
@@ -105,10 +104,7 @@ def read_gates(path: Path, rig: str) -> Table:
     two passages at one time or of one gate, a seed that turns back, an sd that is not
     positive."""
     where, rows = GATE_PLACE[rig], _read_csv(path)
-    columns = (where, "t_s")
-    numeric = [c for c in rows if c in (*columns, "sd_s", "sd_mm")]
-    _check_columns(path, rows, columns, GATE_EXTRA, numeric=numeric)
-    rows, notes = _drop_incomplete(path, rows, list(columns))
+    rows, notes = _complete(path, rows, (where, "t_s"), GATE_EXTRA)
     rows = rows.sort_values("t_s", kind="stable")
     place = rows[where].to_numpy()
     first = np.append(True, np.diff(rows["t_s"]) > 0)
@@ -130,17 +126,13 @@ def read_gates(path: Path, rig: str) -> Table:
         )
     order = tr(" is out of its order; a seed passes the gates one after the other")
     _require_each(path, rows, where, np.append(True, ~wrong), order)
-    _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
 def read_impacts_csv(path: Path) -> Table:
     """Read impacts.csv: at least two rows of t_s, strictly increasing, and sd_s if
     known."""
-    rows = _read_csv(path)
-    _check_columns(path, rows, ("t_s",), ("sd_s",))
-    rows, notes = _drop_incomplete(path, rows, ["t_s"])
-    _check_sds(path, rows)
+    rows, notes = _complete(path, _read_csv(path), ("t_s",), ("sd_s",))
     later = np.append(True, np.diff(rows["t_s"]) > 0)
     _require_each(path, rows, "t_s", later, tr(" does not increase"))
     require(
@@ -167,9 +159,7 @@ def read_readings(path: Path) -> Table:
     )
     rigs = [RIGS[READING_COLUMNS[c][0]] for c in columns]
     own = {c for rig in rigs for c in (*rig.by_row, *rig.in_turn) if c in rows}
-    _check_columns(
-        path, rows, tuple(columns), ("repeat", "note", *own), numeric=[*columns, *own]
-    )
+    _check_columns(path, rows, columns, ("repeat", "note", *own))
     notes: list[str] = []
     for column in columns:
         missing = rows.index[rows[column].isna()]
@@ -347,7 +337,10 @@ def _check_present(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> Non
         )
 
 
-def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) -> None:
+def _check_columns(
+    path: Path, rows: pd.DataFrame, needed: Sequence[str], extra: Sequence[str]
+) -> None:
+    """MeasurementError where a column is missing or unknown, or holds words."""
     _check_present(path, rows, needed)
     if unknown := [
         c
@@ -362,7 +355,7 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
             else tr("known are {}", ", ".join(known))
         )
         raise MeasurementError(tr("{}: unknown column {}; {}", path, unknown[0], hint))
-    _to_numbers(path, rows, numeric if numeric is not None else rows.columns)
+    _to_numbers(path, rows, [c for c in rows if c not in IN_WORDS])
 
 
 def _check_sds(path: Path, rows: pd.DataFrame) -> None:
@@ -402,12 +395,14 @@ def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
         )
 
 
-def _drop_incomplete(
-    path: Path, rows: pd.DataFrame, columns: list[str]
+def _complete(
+    path: Path, rows: pd.DataFrame, columns: Sequence[str], extra: Sequence[str]
 ) -> tuple[pd.DataFrame, list[str]]:
-    """Leave out rows without a finite value in `columns`; say which (by line number,
-    the heading being line 1)."""
-    usable = np.isfinite(rows[columns].to_numpy(dtype=float)).all(axis=1)
+    """The rows with a finite value in `columns`, those left out told by line number
+    (the heading being line 1). Errors as of the columns and their sds."""
+    _check_columns(path, rows, columns, extra)
+    _check_sds(path, rows)
+    usable = np.isfinite(rows[[*columns]].to_numpy(dtype=float)).all(axis=1)
     if usable.all():
         return rows, []
     require(usable.any(), tr("{}: no row has numbers in {}", path, ", ".join(columns)))

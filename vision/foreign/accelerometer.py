@@ -13,7 +13,7 @@ import pandas as pd
 
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.vision.foreign.contents import Asked, Contents
-from benchtwin.vision.foreign.source import TIME, Source, column, name_and_unit
+from benchtwin.vision.foreign.source import TIME, Source, column, heading_and_unit
 from benchtwin.vision.measurement import require
 
 TOOL = "accelerometer table"
@@ -65,7 +65,7 @@ def read(source: Source) -> Contents:
     best = max(clocks, key=likeness)
     time = column(path, rows[1:], best, headings[best], 2)
     measured = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
-    if {name_and_unit(rows[0][k])[1] for k in axes} <= {"g"}:
+    if {heading_and_unit(rows[0][k])[1] for k in axes} <= {"g"}:
         measured *= G_M_S2
     return plate_tilt(path, TOOL, time * TIME[_unit_of_time(headings[best])], measured)
 
@@ -143,7 +143,7 @@ def _axes(headings: list) -> list[int]:
     # x, y, z of Sensor Logger; elsewhere they are places
     bare = ("a", "") if "seconds_elapsed" in headings else ("a",)
     for k, heading in enumerate(headings):
-        name, unit = name_and_unit(heading)
+        name, unit = heading_and_unit(heading)
         axis = _AXIS.fullmatch(name)
         if axis and (
             unit in _UNITS
@@ -156,10 +156,5 @@ def _axes(headings: list) -> list[int]:
 
 
 def _unit_of_time(heading: str) -> str:
-    name, unit = name_and_unit(heading)
-    return (
-        unit
-        or _KNOWN.get(name, "")
-        or name.rpartition("_")[2]
-        or ("ms" if name.endswith(" in ms") else "")
-    )
+    name, unit = heading_and_unit(heading)
+    return unit or _KNOWN.get(name, "")

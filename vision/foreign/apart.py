@@ -50,21 +50,24 @@ def _print_sheets(path: str) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     raw = Path(path).read_bytes()
     kind = "MATLAB file" if raw.startswith(MATLAB) else "workbook"
-    if raw.startswith(NEWER):
-        sys.exit(_fail("a MATLAB file of version 7.3; save it with -v7"))
     try:
         found = _vectors_of(raw) if raw.startswith(MATLAB) else _cells_of(raw)
-    except _TooLarge:
-        sys.exit(_fail(f"the {kind} has more than {MOST_CELLS:,} cells"))
+        said, failed = json.dumps(found), 0
+    except _Refused as error:
+        said, failed = str(error).format(kind), 1
     except MemoryError:
-        sys.exit(_fail(f"the {kind} says that it is larger than memory"))
+        said, failed = f"the {kind} says that it is larger than memory", 1
     except Exception as error:  # the libraries raise many kinds for a damaged file
-        sys.exit(_fail(f"the {kind} is damaged ({str(error)[:200]})"))
-    sys.stdout.buffer.write(json.dumps(found).encode())
+        said, failed = f"the {kind} is damaged ({str(error)[:200]})", 1
+    sys.stdout.buffer.write(said.encode("utf8", "replace"))
+    sys.exit(failed)
 
 
-class _TooLarge(Exception):
-    pass
+class _Refused(Exception):
+    """What is wrong with a file, in words."""
+
+
+TOO_LARGE = _Refused(f"the {{}} has more than {MOST_CELLS:,} cells")
 
 
 def _cells_of(raw: bytes) -> Sheets:
@@ -77,7 +80,7 @@ def _cells_of(raw: bytes) -> Sheets:
         sheet = book.get_sheet_by_name(name)
         cells += (sheet.total_height or 0) * (sheet.total_width or 0)
         if cells > MOST_CELLS:
-            raise _TooLarge
+            raise TOO_LARGE
         found[name] = [
             [c if isinstance(c, int | float | str) else str(c) for c in row]
             for row in sheet.to_python()
@@ -88,6 +91,8 @@ def _cells_of(raw: bytes) -> Sheets:
 def _vectors_of(raw: bytes) -> Sheets:
     """Names and values of the vectors of the commonest length, of variables and of
     fields of a struct, a row for each element."""
+    if raw.startswith(NEWER):
+        raise _Refused("a MATLAB file of version 7.3; save it with -v7")
     from scipy.io import loadmat
 
     found = loadmat(io.BytesIO(raw), squeeze_me=True, struct_as_record=False)
@@ -96,7 +101,7 @@ def _vectors_of(raw: bytes) -> Sheets:
     most = max(lengths, key=lambda n: (lengths[n], n), default=0)
     kept = {name: v for name, v in vectors.items() if len(v) == most}
     if len(kept) * most > MOST_CELLS:
-        raise _TooLarge
+        raise TOO_LARGE
     names: list[object] = [*kept]
     rows = [[float(v) for v in row] for row in zip(*kept.values())]
     return {"vectors": [names, *rows] if kept else []}
@@ -110,11 +115,6 @@ def _vectors(held: dict[str, Any]) -> list[tuple[str, Any]]:
         elif getattr(value, "ndim", 0) == 1 and value.size > 1:
             found += [(name, value)] if value.dtype.kind in "iuf" else []
     return found
-
-
-def _fail(line: str) -> int:
-    sys.stdout.buffer.write(line.encode("utf8", "replace"))
-    return 1
 
 
 if __name__ == "__main__":

@@ -8,8 +8,8 @@ import numpy as np
 
 from benchtwin.vision.foreign.accelerometer import AXES, plate_tilt
 from benchtwin.vision.foreign.contents import Contents
-from benchtwin.vision.foreign.source import TIME, Rows, Source, column, name_and_unit
-from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.foreign.source import TIME, Rows, Source, column, heading_and_unit
+from benchtwin.vision.measurement import MeasurementError, require
 
 TOOL = "phyphox"
 _ACCELERATION = ("m/s^2", "m/s²", "m/s2")
@@ -19,17 +19,11 @@ _OTHER = "acoustic stopwatch or acceleration (with g)"
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its name and its first lines."""
-    if source.is_xml:
-        return False
-    if source.is_workbook:
-        return any(name.startswith("Metadata") for name in source.sheets) or any(
-            _kind(rows) for rows in source.sheets.values()
-        )
-    if source.is_zip:
-        return any(
-            name.split("/")[-2:-1] == ["meta"] for name in source.members
-        ) or any(_kind(rows) for rows in source.sheets.values())
-    return bool(_kind(source.first_rows))
+    names = source.members if source.is_packed else ()
+    meta = any(name.split("/")[-2:-1] == ["meta"] for name in names) or (
+        source.is_workbook and any(n.startswith("Metadata") for n in source.sheets)
+    )
+    return meta or any(map(_kind, source.heads))
 
 
 def read(source: Source) -> Contents:
@@ -72,7 +66,7 @@ def _kind(rows: Rows) -> str:
         or not any(isinstance(cell, float) for cell in rows[1])
     ):
         return ""
-    units = [name_and_unit(heading)[1] for heading in rows[0]]
+    units = [heading_and_unit(heading)[1] for heading in rows[0]]
     numbers = [cell for cell in rows[1] if isinstance(cell, float)]
     axes = units[1 : 1 + AXES]
     if units[0] == "s" and len(axes) == AXES and {*axes} <= {*_ACCELERATION}:
@@ -93,11 +87,11 @@ def _kind(rows: Rows) -> str:
 
 def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
     """Impact times [s] of each run in a table."""
-    if any(name_and_unit(h)[1] not in ("s", "") for h in rows[0]):
-        raise MeasurementError(
-            f"{source.path}: its times are in {name_and_unit(rows[0][0])[1]}; phyphox"
-            " writes seconds (s)"
-        )
+    units = [heading_and_unit(h)[1] for h in rows[0]]
+    require(
+        {*units} <= {"s", ""},
+        f"{source.path}: its times are in {units[0]}; phyphox writes seconds (s)",
+    )
     wide = max(len(row) for row in rows)
     columns = [
         column(source.path, rows[1:], k, str(rows[0][k]) if k < len(rows[0]) else "", 2)
@@ -110,7 +104,7 @@ def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
         return [times[np.isfinite(times) & (times > 0)]]
     # there may be empty columns between
     runs = []
-    stated = [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]
+    stated = [k for k, unit in enumerate(units) if unit]
     for k in (k for k in stated[::2] if k + 1 < wide):
         known = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
         time, gap = columns[k][known], columns[k + 1][known]

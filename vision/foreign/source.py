@@ -67,8 +67,11 @@ TIME = {  # → seconds
     for name in names.split()
 }
 PIXELS = ("px", "pixel", "pixels", "pix")
+UNITS = {*TIME, *LENGTH, *PIXELS}
 FRAMES = ("frame", "frames", "slice", "slices")
 _IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\(\[]\s*([^()\[\]]*?)\s*[\)\]]\s*")
+# a unit behind its name: "t/s", "x / cm", "y_mm", "x in Metern", "Высота, м"
+_BEHIND = re.compile(r"(.+?)(?:\s*/\s*(?:in\s+)?|\s*,\s*|_|\s+)([^\s/,_]+)")
 _NOTHING = re.compile("|nan|none|null|-|∞|-?inf", re.IGNORECASE)  # an empty cell
 
 
@@ -97,6 +100,10 @@ class Source:
         return self.head.startswith(b"\xd0\xcf\x11\xe0") or (
             self.is_zip and any(n.startswith("xl/") for n in self.members)
         )
+
+    @property
+    def is_packed(self) -> bool:
+        return self.is_zip and not self.is_workbook
 
     @property
     def is_xml(self) -> bool:
@@ -128,6 +135,13 @@ class Source:
         """The cells of the first lines, whatever their decimals; at least one row,
         which may be empty."""
         return table_of(self.first_lines[:MOST_HEADING], strict=False) or [[]]
+
+    @property
+    def heads(self) -> list[Rows]:
+        """The tables in the file, of a text its first lines alone; none of XML."""
+        if self.is_xml:
+            return []
+        return [self.first_rows] if self.is_text else [*self.sheets.values()]
 
     @cached_property
     def members(self) -> list[str]:
@@ -221,7 +235,7 @@ class Source:
                 n.rpartition(".")[0]: self._rows(_decoded(self.member(n)))
                 for n in tables
             }
-        return {self.path.stem: self._rows(self.text)}
+        return {self.path.stem: self.rows}
 
     @cached_property
     def rows(self) -> Rows:
@@ -287,12 +301,14 @@ def _cell(cell: object, decimal: str) -> Cell:
     return float(number) if _NUMBER.fullmatch(number) and len(number) < 50 else text
 
 
-def name_and_unit(heading: object) -> tuple[str, str]:
-    """A column's name and the unit in brackets behind it, both in small letters: "Time
-    (s)" → ("time", "s")."""
+def heading_and_unit(heading: object) -> tuple[str, str]:
+    """A column's name and its unit, in brackets or behind it, in small letters; ""
+    where it has none: "Time (s)" → ("time", "s")."""
     text = str(heading).strip().strip('"').lower()
-    found = _IN_BRACKETS.fullmatch(text)
-    return (found[1].strip(), found[2]) if found else (text, "")
+    if found := _IN_BRACKETS.fullmatch(text):
+        return found[1].strip(), found[2].removeprefix("in ").strip()
+    behind = _BEHIND.fullmatch(text)
+    return (behind[1], behind[2]) if behind and behind[2] in UNITS else (text, "")
 
 
 def column(path: Path, rows: Rows, at: int, name: str, first_line: int) -> np.ndarray:

@@ -10,8 +10,14 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.vision.foreign.contents import Contents
-from benchtwin.vision.foreign.source import LENGTH, Rows, Source, column
-from benchtwin.vision.foreign.table_of_places import Heading, heading_and_unit
+from benchtwin.vision.foreign.source import (
+    LENGTH,
+    Rows,
+    Source,
+    column,
+    heading_and_unit,
+)
+from benchtwin.vision.foreign.table_of_places import Heading
 from benchtwin.vision.measurement import require
 
 TOOL = "table of heights"
@@ -27,15 +33,13 @@ KINDS = {
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind."""
-    if source.is_text:
-        return bool(_columns(source.first_rows))
-    return source.is_workbook and bool(_sheet(source))
+    return not source.is_packed and any(map(_columns, source.heads))
 
 
 def read(source: Source) -> Contents:
     """A row of readings.csv for each height; MeasurementError where one has no
     unit."""
-    rows = source.rows if source.is_text else _sheet(source)
+    rows = next(rows for rows in source.sheets.values() if _columns(rows))
     columns = _columns(rows)
     values = {}
     for k, told in enumerate(columns):
@@ -50,11 +54,6 @@ def read(source: Source) -> Contents:
     table = pd.DataFrame(_stacked(columns, values)).dropna(subset=[REBOUND])
     require(not table.empty, f"{source.path}: no height of a rebound in it")
     return Contents(TOOL, readings=table)
-
-
-def _sheet(source: Source) -> Rows:
-    """The first sheet of heights; [] without one."""
-    return next((rows for rows in source.sheets.values() if _columns(rows)), [])
 
 
 def _stacked(columns: list[Heading], values: dict[int, np.ndarray]) -> list[dict]:

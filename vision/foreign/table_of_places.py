@@ -18,13 +18,12 @@ from benchtwin.vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
 from benchtwin.vision.foreign.contents import LEAST_ROWS, Tracked
 from benchtwin.vision.foreign.source import (
     LENGTH,
-    PIXELS,
-    TIME,
+    UNITS,
     Cell,
     Rows,
     Source,
     column,
-    name_and_unit,
+    heading_and_unit,
 )
 from benchtwin.vision.foreign.unit_inference import free_fall
 from benchtwin.vision.measurement import require
@@ -49,12 +48,9 @@ BESIDE_A_NAME = re.compile(
 )
 MOST_ABOVE = 40  # lines above the headings
 PLACES = {"x", "y", "length"}
-UNITS = {*TIME, *LENGTH, *PIXELS}
 _WAY = re.compile("x")
 _MARK = re.compile(r"flag\d*")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
-# a unit behind its name: "t/s", "x / cm", "y_mm", "x in Metern", "Высота, м"
-_BEHIND = re.compile(r"(.+?)(?:\s*/\s*(?:in\s+)?|\s*,\s*|_|\s+)([^\s/,_]+)")
 
 
 @dataclass(frozen=True)
@@ -92,15 +88,6 @@ Heading(holds='clock', unit='sekunden'))
     return Heading(next(held, ""), unit)
 
 
-def heading_and_unit(heading: object) -> tuple[str, str]:
-    """A column's name and its unit, in brackets or behind it; "" where it has none."""
-    name, unit = name_and_unit(heading)
-    unit = unit.removeprefix("in ").strip()
-    if not unit and (behind := _BEHIND.fullmatch(name)) and behind[2] in UNITS:
-        return behind[1], behind[2]
-    return name, unit
-
-
 def headings_of(rows: Rows) -> tuple[int, list[Heading]]:
     """Row of the headings and what they say, with the units in a line below; −1 where
     there are none: a time and a place, numbers below; with lengths alone, nothing but
@@ -132,11 +119,10 @@ def _parsed_row(row: list[Cell], below: list[Cell]) -> list[Heading]:
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its first lines; no table of ours."""
-    if not (source.is_text or source.is_workbook or source.is_matlab):
+    if source.is_xml or source.is_packed:
         return False
-    heads = [source.first_rows] if source.is_text else [*source.sheets.values()]
     own = (TRACK_COLUMNS[1:], TRACK_COLUMNS_PX[1:])
-    for head in heads:
+    for head in source.heads:
         at, _ = headings_of(head)
         if at >= 0:
             return not any({*names} <= {*map(str, head[at])} for names in own)

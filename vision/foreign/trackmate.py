@@ -14,7 +14,7 @@ from benchtwin.vision.foreign.source import (
     FRAMES,
     Source,
     column,
-    name_and_unit,
+    heading_and_unit,
     need,
 )
 from benchtwin.vision.measurement import MeasurementError
@@ -66,7 +66,7 @@ def _table(source: Source) -> Tracked:
         units |= {
             n: u
             for n, k in zip(_COLUMNS, at)
-            if k < len(row) and (u := name_and_unit(row[k])[1])
+            if k < len(row) and (u := heading_and_unit(row[k])[1])
         }
     number, x, y, time, frame = (
         column(path, rows, k, n, first + 1) for n, k in zip(_COLUMNS, at)
