@@ -90,9 +90,9 @@ def _show(out: Path, drafts: list[Draft], questions: list[str]) -> None:
         rows = "copied" if draft.table.empty else f"{len(draft.table)} rows"
         print(
             f"{draft.name}: {draft.rig or 'rig not known'}, {draft.evidence} ({rows})"
-            f" from {draft.file.name} ({draft.tool})"
+            f" from {draft.file.name} ({draft.found.tool})"
         )
-        for guess in draft.guesses:
+        for guess in draft.found.guesses:
             print(f"  guessed: {guess}")
     print(
         f"\n{len(questions)} questions; they stand in {out / 'bench.toml'} and beside"

@@ -3,8 +3,6 @@ keys."""
 
 from pathlib import Path
 
-from pydantic import BaseModel
-
 from benchtwin.bench.keys import Keys
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import MeasurementError
@@ -33,8 +31,7 @@ def bench_text(name: str) -> str:
     commented out."""
     parts = [HEAD.format(name=name)]
     for section in SECTIONS:
-        model = Keys.model_fields[section].annotation
-        assert isinstance(model, type) and issubclass(model, BaseModel)
+        model = type(getattr(Keys(), section))
         lines = [
             f"[{section}]".ljust(38) + f"# {' '.join((model.__doc__ or '').split())}"
         ]

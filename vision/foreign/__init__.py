@@ -51,7 +51,7 @@ def tool_of(path: Path) -> str:
     if suffix not in SUFFIXES:
         return ""
     try:
-        _, reader = _opened(*_version(path))
+        reader = _reader(*_version(path))
     except (MeasurementError, OSError):
         reader = None
     return reader.TOOL if reader else "a damaged file" if suffix in ONE_TOOL else ""
@@ -65,24 +65,27 @@ def read_foreign(path: Path) -> Contents:
 
 @lru_cache(maxsize=64)
 def _read(path: Path, time: int, size: int) -> Contents:
-    source, reader = _opened(path, time, size)
+    reader = _reader(path, time, size)
     if reader is None:
         raise MeasurementError(
             f"{path}: no tool is known to write such a file (docs/import.md lists those"
             " that are read)"
         )
-    found = reader.read(source)
+    found = reader.read(_opened(path, time, size))
     if isinstance(found, Tracked):
         return infer_units(path, reader.TOOL, found)
     return found
 
 
+@lru_cache(maxsize=5000)  # a folder is looked through more than once
+def _reader(path: Path, time: int, size: int) -> ModuleType | None:
+    source = _opened(path, time, size)
+    return next((reader for reader in READERS if reader.recognises(source)), None)
+
+
 @lru_cache(maxsize=2)
-def _opened(path: Path, time: int, size: int) -> tuple[Source, ModuleType | None]:
-    source = Source(path)
-    return source, next(
-        (reader for reader in READERS if reader.recognises(source)), None
-    )
+def _opened(path: Path, time: int, size: int) -> Source:
+    return Source(path)
 
 
 def _version(path: Path) -> tuple[Path, int, int]:

@@ -5,7 +5,7 @@ import re
 import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -70,42 +70,42 @@ class Draft:
 
     name: str
     file: Path
-    tool: str
     rig: str
     evidence: str
     table: pd.DataFrame
-    keys: dict[str, dict[str, Any]] = field(default_factory=dict)
-    guesses: tuple[str, ...] = ()
-    questions: tuple[Asked, ...] = ()
+    found: Contents
 
     def with_name(self) -> "Draft":
         """The draft with what the file's name says: conditions, and a drop's height
         where it holds one length, as guesses; of several lengths it is asked."""
-        name, keys, guesses = self.file.stem, dict(self.keys), list(self.guesses)
-        if told := conditions_in(name):
-            keys["conditions"] = told
+        name, found = self.file.stem, self.found
+        keys, guesses, questions = {**found.keys}, [*found.guesses], [*found.questions]
+        if stated := conditions_in(name):
+            keys["conditions"] = stated
             guesses += [
-                f"{k} = {v:g}: as the file's name says" for k, v in told.items()
+                f"{k} = {v:g}: as the file's name says" for k, v in stated.items()
             ]
         said = lengths_mm(name) if self.rig == "drop" else []
-        questions = self.questions
         if len(said) > 1:
             which = " or ".join(f"{mm:g}" for mm in said)
             asked = f"which length in the file's name is [drop] height_mm: {which} mm?"
-            questions = (*questions, Asked(asked))
+            questions.append(Asked(asked))
         elif said and "height_mm" not in keys.get("drop", {}):
             keys["drop"] = {**keys.get("drop", {}), "height_mm": said[0]}
             guesses.append(
                 f"height_mm = {said[0]:g}: the length in the file's name; is it from"
                 " the seed's lowest point to the plate?"
             )
-        return replace(self, keys=keys, guesses=tuple(guesses), questions=questions)
+        told = replace(
+            found, keys=keys, guesses=tuple(guesses), questions=tuple(questions)
+        )
+        return replace(self, found=told)
 
     @property
     def asked(self) -> tuple[Asked, ...]:
         """What the file leaves open, and keys of the rig and of a film that nobody
         states."""
-        out = [*self.questions]
+        out = [*self.found.questions]
         if self.rig:
             out += [Asked(words, keys) for keys, words in RIGS[self.rig].asked]
         else:
@@ -116,8 +116,8 @@ class Draft:
                 Asked(" ".join((said or "").split()), f"[camera] {k}")
                 for k, said in known
             ]
-        stated = self.keys | {
-            self.rig: {**self.keys.get(self.rig, {}), **dict.fromkeys(self.table)}
+        stated = self.found.keys | {
+            self.rig: {**self.found.keys.get(self.rig, {}), **dict.fromkeys(self.table)}
         }  # what rows state, too
         return tuple(filter(None, (one.beside(stated) for one in out)))
 
@@ -136,16 +136,15 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
         own, why = rig, ""
         if not rig and (told := _told(path, one)):
             own, why = told
+        guesses = (*one.notes, *([f'rig = "{own}": {why}'] if why else ()))
+        questions = (*map(Asked, filter(None, [found.doubt])), *found.questions)
         yield Draft(
             f"{path.stem}-{one.number}" if one.number else path.stem,
             path,
-            found.tool,
             own,
             path.name if one.rows.empty else one.kind,
             one.rows,
-            found.keys,
-            (*one.notes, *([f'rig = "{own}": {why}'] if why else ()), *found.guesses),
-            (*([Asked(found.doubt)] if found.doubt else ()), *found.questions),
+            replace(found, guesses=(*guesses, *found.guesses), questions=questions),
         )
 
 
@@ -216,16 +215,16 @@ def _recording_toml(draft: Draft) -> str:
     document = tomlkit.document()
     document.add(
         _comment(
-            f"Drafted from {draft.file.name} ({draft.tool}). GUESS: assumed, correct it"
-            " where it is wrong."
+            f"Drafted from {draft.file.name} ({draft.found.tool}). GUESS: assumed,"
+            " correct it where it is wrong."
         )
     )
     if draft.rig:
         document["rig"] = draft.rig
-    for guess in draft.guesses:
+    for guess in draft.found.guesses:
         document.add(_comment(f"GUESS: {guess}"))
     _ask(document, [one for one in draft.asked if not one.section])
-    for section, held in draft.keys.items():
+    for section, held in draft.found.keys.items():
         table = tomlkit.table()
         for key, value in held.items():
             table[key] = value

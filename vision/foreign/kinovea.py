@@ -75,29 +75,17 @@ def _text(source: Source) -> Tracked:
             if cells and line.startswith("# "):
                 blocks[-1] = (line[2:52].strip(), [])
             continue
-        clocked = clocked or bool(_CLOCK.fullmatch(cells[0]))
-        try:
-            blocks[-1][1].append(
-                [_seconds(cells[0]), *(float(c.replace(",", ".")) for c in cells[1:3])]
-            )
-        except ValueError as error:
-            raise MeasurementError(
-                f"{source.path}: line {k} is not a time, an x and a y ({line[:40]!r})"
-            ) from error
-        require(
-            len(cells) >= 3,
-            f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and"
-            " a y are to be in it",
-        )
+        if clock := _CLOCK.fullmatch(cells[0]):
+            clocked, cells[0] = True, _seconds(clock)
+        wrong = f"line {k} is not a time, an x and a y ({line[:40]!r})"
+        blocks[-1][1].append(source.numbers(cells, 3, wrong))
     return Tracked(blocks, "s" if clocked else "", up="up")
 
 
-def _seconds(text: str) -> float:
-    if found := _CLOCK.fullmatch(text):
-        hours, minutes, seconds, rest = (int(found[k]) for k in (2, 3, 4, 5))
-        value = 3600 * hours + 60 * minutes + seconds + rest / 10 ** len(found[5])
-        return -value if found[1] else value
-    return float(text.replace(",", "."))
+def _seconds(clock: re.Match) -> str:
+    hours, minutes, seconds = (int(clock[k]) for k in (2, 3, 4))
+    whole = 3600 * hours + 60 * minutes + seconds
+    return f"{clock[1]}{whole}.{clock[5]}"
 
 
 def _analysis(source: Source) -> Tracked:
@@ -114,7 +102,7 @@ def _analysis(source: Source) -> Tracked:
     listed, rate = [], fps if fps and 0 < fps < 5e6 else None
     for track in root.iter("Track"):
         points = (
-            _numbers(source, p.text, 3, "a TrackPoint", "x;y;time")
+            _parted(source, p.text, "a TrackPoint", "x;y;time")
             for p in track.iter("TrackPoint")
         )
         rows = [(np.round(stamp / step) / (rate or 1), x, y) for x, y, stamp in points]
@@ -139,7 +127,7 @@ def _scale(source: Source, root: Element) -> float | None:
         unit = root.findtext(".//Calibration/Unit") or root.findtext(".//Unit") or ""
         end = "an end of its calibration line"
         a, b = (
-            _numbers(source, line.findtext(f"Segment/{one}"), 2, end, "x;y")
+            _parted(source, line.findtext(f"Segment/{one}"), end, "x;y")
             for one in ("A", "B")
         )
         length = source.number(line.findtext("Length"), "Length")
@@ -153,16 +141,7 @@ def _scale(source: Source, root: Element) -> float | None:
     return float(f"{scale * mm:.8g}") if scale and mm else None
 
 
-def _numbers(
-    source: Source, text: str | None, count: int, what: str, form: str
-) -> list[float]:
-    """The first numbers of a text such as "x;y;time"."""
-    try:
-        numbers = [float(cell) for cell in (text or "").strip().split(";")[:count]]
-    except ValueError:
-        numbers = []
-    require(
-        len(numbers) >= count,
-        f"{source.path}: {what} is {(text or '')[:30]!r}; it should be {form}",
-    )
-    return numbers
+def _parted(source: Source, text: str | None, what: str, form: str) -> list[float]:
+    """The first numbers of a text of a form such as "x;y;time"."""
+    wrong = f"{what} is {(text or '')[:30]!r}; it should be {form}"
+    return source.numbers((text or "").split(";"), 1 + form.count(";"), wrong)

@@ -3,7 +3,7 @@ pixels, y down, t the frame."""
 
 from benchtwin.vision.foreign.contents import Tracked
 from benchtwin.vision.foreign.source import Source
-from benchtwin.vision.measurement import MeasurementError, require
+from benchtwin.vision.measurement import require
 
 TOOL = "MTrackJ"
 
@@ -31,15 +31,7 @@ def read(source: Source) -> Tracked:
             )
         elif word == "Point":
             require(listed, f"{source.path}: line {k} is a Point before any Track")
-            listed[-1][1].append(_point(source, k, rest))
+            wrong = f"line {k} is no Point with number, x, y, z, t and channel"
+            _, x, y, _, frame = source.numbers(rest, 5, wrong)
+            listed[-1][1].append([frame, x, y])
     return Tracked(listed, "frame", "px", "down")
-
-
-def _point(source: Source, line: int, cells: list[str]) -> list[float]:
-    try:
-        return [float(cells[k]) for k in (4, 1, 2)]  # frame, x, y
-    except (ValueError, IndexError) as error:
-        raise MeasurementError(
-            f"{source.path}: line {line} is no Point with number, x, y, z, t and"
-            " channel"
-        ) from error

@@ -193,6 +193,15 @@ class Source:
                 return found
         raise MeasurementError(f"{self.path}: {name} = {text[:30]!r} is not a number")
 
+    def numbers(self, cells: Sequence[str], count: int, wrong: str) -> list[float]:
+        """The first `count` cells as numbers, with points or commas; MeasurementError
+        that says what is `wrong` where they are none or fewer."""
+        with contextlib.suppress(ValueError):
+            found = [float(cell.replace(",", ".")) for cell in cells[:count]]
+            if len(found) == count:
+                return found
+        raise MeasurementError(f"{self.path}: {wrong}")
+
     def parsed(self, content: bytes) -> Element:
         """Parsed XML; entities, whose expansion could fill the memory, are refused."""
         try:

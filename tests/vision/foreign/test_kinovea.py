@@ -127,7 +127,7 @@ WRONG = {
     "word.csv": (exported(MS, 1.0).replace('"0.1"', '"q"'), "ball/0/X = 'q' in line 2"),
     "line.txt": (
         "#Kinovea Trajectory data export\n#T X Y\n0:00:00:00 1.0\n",
-        "line 3 holds 2 numbers",
+        "line 3 is not a time, an x and a y",
     ),
     "word.txt": (
         "#Kinovea Trajectory data export\n#T X Y\n0:00:00:00 one 2\n",
