@@ -74,7 +74,7 @@ class Section(BaseModel):
             stated = getattr(self, key)
             if stated is None or math.isclose(stated, used, rel_tol=1e-6):
                 continue
-            how = "well" if stated < used else "badly"
+            how = tr("well") if stated < used else tr("badly")
             out.append(
                 tr(
                     "{} = {:g}: nobody knows it as {} as that; {:.2g} is used",

@@ -274,7 +274,7 @@ def _stated(key: StatedKey) -> str:
     # minus signs as TOML has them
     whole = [with_sd(one, key.sd)[0].replace("−", "-") for one in key.should_be]
     if len(whole) > 1:
-        each = (f"{w} for {s:g}" for w, s in zip(whole, key.stated, strict=True))
+        each = (tr("{} for {:g}", w, s) for w, s in zip(whole, key.stated, strict=True))
         return tr("; {} = {} state it", key.key, ", ".join(each))
     where = tr(", where {:g} is stated", key.stated[0]) if key.held else ""
     return tr("{}; {} = {} states it", where, key.key, whole[0])

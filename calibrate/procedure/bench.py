@@ -135,7 +135,7 @@ def _variant(s: RecordingReadings) -> str:
 
 def missing(bench: Bench) -> dict[str, str]:
     """Rigs without a reading, with what that costs and why."""
-    costs = {n: f"{rig.parameter} is" for n, rig in STEEL.items()}
+    costs = {n: tr("{} is", rig.parameter) for n, rig in STEEL.items()}
     if not bench.rigs.keys() & BESIDE.keys():
         costs[PILE.name] = tr("the seed–seed parameters are")
     why = {n: "; ".join(w for _, rig, w in bench.trouble if rig == n) for n in costs}

@@ -150,7 +150,7 @@ def doubts_of(recording: Recording) -> tuple[str, ...]:
         filled, *parts = masses
         lost = filled - sum(parts)
         if abs(lost) > 3 * np.sqrt(len(masses)) * SCALE_SD_G:
-            word = "missing" if lost > 0 else tr("too many")
+            word = tr("missing") if lost > 0 else tr("too many")
             told.append(
                 tr(
                     "{:.1f} g are {}: {:g} g were filled in, {:g} g were found again",

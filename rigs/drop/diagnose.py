@@ -239,7 +239,7 @@ def heights_in_words(fit: Fit) -> tuple[str, ...]:
         if abs(value) > max(usual, CONTRADICTION_SDS * sd):
             session = name.partition(":")[2]
             where = tr(" of session {!r}", session) if session else ""
-            low = "low" if value > 0 else "high"
+            low = tr("low") if value > 0 else tr("high")
             said.append(
                 tr(
                     "the stated heights{} are {:.2g} ± {:.1g} mm {}",

@@ -18,12 +18,19 @@ def restitution(recording: Recording, read: Summary, common: float) -> Derived:
         return Derived(notes=notes)
     doubt = ""
     if read.high > height:
-        what = "rise" if on_seeds else "rebound"
-        doubt = tr("a {} of {:g} mm is higher than the release at", what, read.high)
-        doubt = f"{doubt} {height:g} mm"
+        what = tr("rise") if on_seeds else tr("rebound")
+        doubt = tr(
+            "a {} of {:g} mm is higher than the release at {:g} mm",
+            what,
+            read.high,
+            height,
+        )
     elif read.mean < LEAST_REBOUND * height and not on_seeds:
-        doubt = tr("a rebound of {:g} mm from {:g} mm: is it in", read.mean, height)
-        doubt = f"{doubt} millimetres?"
+        doubt = tr(
+            "a rebound of {:g} mm from {:g} mm: is it in millimetres?",
+            read.mean,
+            height,
+        )
     if not read.mean:
         return Derived(doubts=(doubt,))
     name = "apparent_restitution" if on_seeds else "restitution"

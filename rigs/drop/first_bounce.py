@@ -41,7 +41,9 @@ class FirstBounce:
         """Why the stated height is not believed; "" where it may be."""
         if abs(self.low_mm) < max(CONTRADICTION_SDS * self.low_sd_mm, height_sd_mm):
             return ""
-        side = "low" if self.low_mm > 0 else tr("high, or the first impact is missing")
+        side = (
+            tr("low") if self.low_mm > 0 else tr("high, or the first impact is missing")
+        )
         return tr(
             "the stated height is {:.2g} ± {:.1g} mm {}, if restitution is"
             " that of the later bounces",

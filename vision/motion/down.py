@@ -57,7 +57,7 @@ def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, .
     slowed = abs(deg) < MOST_SLOWED_DEG and deg * across > 0
     if slowed or off < max(TURNED_DEG, TURNED_SDS * sd):
         return recording, ()
-    way = "clockwise" if deg > 0 else "anticlockwise"
+    way = tr("clockwise") if deg > 0 else tr("anticlockwise")
     said = tr(
         "the seed falls {:.1f}° {} from straight down in the picture", abs(deg), way
     )
