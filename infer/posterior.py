@@ -49,7 +49,6 @@ LISTED_ODDS = 0.03  # of an effect that is an alternative baseline, over nothing
 FIT_WEIGHT = 0.02  # of a set that is fitted in full
 MOST_FITS = 30
 BASELINE_WEIGHT = 1e-4  # beside the likeliest baseline, below which one is dropped
-LOWER_CHI2 = 10.0  # by which a larger set must be lower to suggest another minimum
 SINGLE_WEIGHT = 1e-3  # of a single component that is fitted in full
 NOTHING_CERTAIN = 0.995  # probability of nothing missing at which no more is fitted
 # below which nonlinear effects are fitted whatever their slope at 0
@@ -70,7 +69,6 @@ def explain(
         search.add(k, ())
     while (next_fit := search.next_fit()) is not None:
         search.add(*next_fit)
-    search.restart_from_larger_sets()
     return search.posterior()
 
 
@@ -95,11 +93,11 @@ class _Search:
             tuple[int, tuple[str, ...], tuple[str, ...]], tuple[float, float]
         ] = {}
 
-    def add(self, k: int, listed: tuple[str, ...], start: Fit | None = None) -> None:
-        """Fit a set of listed components, from `start` or the best fitted subset."""
+    def add(self, k: int, listed: tuple[str, ...]) -> None:
+        """Fit a set of listed components, from the best fitted subset."""
         problem, here = self.alternatives[k].problem, self.tables[k]
         parts = [e.fit for names, e in here.items() if set(names) < set(listed)]
-        start = start or min(parts, key=lambda f: f.chi2, default=None)
+        start = min(parts, key=lambda f: f.chi2, default=None)
         if start is None:
             found = self.bases[k]
         else:
@@ -115,35 +113,6 @@ class _Search:
                 list(e.table.components.values()),
                 own.odds / sum(a.odds for a in self.alternatives),
             )
-
-    def restart_from_larger_sets(self) -> None:
-        """Refit sets with weight from a larger set's lower minimum: χ² may have
-        several."""
-        weights = self.weights()
-        total = np.logaddexp.reduce([w for w, _ in weights.values()])
-        for k, here in enumerate(self.tables):
-            for listed in sorted(here, key=len, reverse=True):
-                larger = [
-                    e.fit for names, e in here.items() if set(listed) < set(names)
-                ]
-                best = min(larger, key=lambda f: f.chi2, default=None)
-                heavy = weights[k, listed][0] > total + np.log(FIT_WEIGHT)
-                if (
-                    best is None
-                    or not heavy
-                    or best.chi2 > here[listed].fit.chi2 - LOWER_CHI2
-                ):
-                    continue
-                before = here[listed]
-                values = {
-                    key: v for key, v in self.values.items() if key[:2] == (k, listed)
-                }
-                self.add(k, listed, best)
-                if here[listed].fit.chi2 > before.fit.chi2:
-                    here[listed] = before
-                else:
-                    for key in values:
-                        del self.values[key]
 
     def weights(
         self,
