@@ -36,7 +36,7 @@ def steel(fit: SteelFit) -> dict:
     ends = [float(x[0]), float(x[-1])]
     data = [
         draw.band(x, y - band, y + band, draw.BLUE),
-        draw.line(x, y, draw.BLUE, "surrogate, ± 95 %"),
+        draw.line(x, y, draw.BLUE, tr("surrogate, ± 95 %")),
         rows,
         *draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, mean),
     ]

@@ -29,8 +29,8 @@ def before_and_after(curves: list[Curve], model: str) -> dict:
     """Two panels above each other on one scale: residuals of the baseline, and with
     `model` ("" where there is none)."""
     panels = [(tr("the twin as it was"), "left_by_baseline", "y")]
-    if model and model != "nothing":
-        panels.append((f"with {model}", "left_by_model", "y2"))
+    if model:
+        panels.append((tr("with {}", model), "left_by_model", "y2"))
     data, reach = [], 0.0
     for _, which, axis in panels:
         for k, curve in enumerate(curves):
@@ -112,11 +112,12 @@ def _line(x, y, color: str, name: str) -> dict:
 
 def _axis(curve: Curve) -> str:
     name, unit = AXES.get(curve.axis, (curve.axis, ""))
+    name = tr(name)
     return f"{name} ({unit})" if unit else name
 
 
 def _layout(curve: Curve, titles: list[str], reach: float) -> dict:
-    unit, span = f"left ({curve.unit})", [-reach, reach]
+    unit, span = tr("left ({})", curve.unit), [-reach, reach]
     look = {"showlegend": False, "height": 260 + 200 * (len(titles) - 1)}
     layout = draw.layout(_axis(curve), unit) | look
     layout["yaxis"] |= {"range": span}

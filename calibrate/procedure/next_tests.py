@@ -84,7 +84,7 @@ def _more(
     sd = np.sqrt(apart[:, 0] ** 2 + apart[:, 1] ** 2 / readings)
     noise = np.outer(sd, sd) * correlation.to_numpy()
     how = f" ({rig.made})" if rig.made else ""
-    name = f"{readings} more {rig.in_plural}{how}"
+    name = tr("{} more {}{}", readings, rig.in_plural, how)
     return BenchTest(name, tuple(surrogates), noise, readings, runs * rig.minutes)
 
 
