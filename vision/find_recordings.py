@@ -23,7 +23,6 @@ from benchtwin.vision.recording import (
     files_in,
     read_recording,
     tool_files_in,
-    tool_recording,
 )
 
 LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
@@ -189,7 +188,7 @@ def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementEr
         photos = [p for p in photos if p.name not in names]
         found.append(MeasurementError(_series_in_words(folder, names, judged), stem))
     found += [_attempt(bare_recording, p) for p in photos]
-    return found + [_attempt(tool_recording, p, defaults) for p in tools]
+    return found + [_attempt(bare_recording, p, defaults) for p in tools]
 
 
 def _is_named_bench(folder: Path) -> bool:

@@ -305,28 +305,21 @@ def files_in(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
     )
 
 
-def tool_recording(path: Path, defaults: dict) -> Recording:
-    """A file of another tool without a recording.toml beside it: what the bench states,
-    and what it says itself."""
-    return _recording(path, path.stem, evidence_of(path), (path,), defaults)
-
-
-def bare_recording(path: Path) -> Recording:
-    """One file by itself, of which nothing is stated but what a bench.toml beside it
-    states, or one inside a recording folder."""
+def bare_recording(path: Path, defaults: dict | None = None) -> Recording:
+    """One file by itself, of which nothing is stated but what it says itself and what
+    a bench.toml states, by default that beside it; or one inside a recording folder."""
     if (path.parent / "recording.toml").is_file():
         whole = read_recording(path.parent)
         return replace(
             whole, id=f"{whole.id}/{path.stem}", evidence=_kind(path), files=(path,)
         )
-    if tool_of(path):
-        return tool_recording(path, _defaults_beside(path))
-    kind = _kind(path)
+    kind = evidence_of(path) if tool_of(path) else _kind(path)
     if kind == "photos":
         return Recording(
             id=path.stem, path=path, rig="pile", evidence="photos", files=(path,)
         )
-    return _recording(path, path.stem, kind, (path,), _defaults_beside(path))
+    stated = _defaults_beside(path) if defaults is None else defaults
+    return _recording(path, path.stem, kind, (path,), stated)
 
 
 def _kind(path: Path) -> str:

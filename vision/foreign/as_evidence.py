@@ -10,7 +10,7 @@ from benchtwin.vision.evidence.sound import Sound, read_sound
 from benchtwin.vision.evidence.tables import Table, read_impacts_csv, read_track_csv
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.contents import Contents, PointTrack
-from benchtwin.vision.foreign.unit_inference import fits_gravity, free_fall
+from benchtwin.vision.foreign.unit_inference import fits_gravity
 from benchtwin.vision.measurement import MeasurementError, require
 
 
@@ -120,11 +120,9 @@ def read_heard(path: Path) -> Sound:
 def falls_freely(found: Contents, point_track: PointTrack) -> bool:
     """Whether a track is a free fall: a parabola, downwards, with the acceleration of
     gravity where units are known."""
-    fall = free_fall(point_track.time, point_track.x, point_track.y)
-    if fall is None or fall.acceleration > 0:
-        return False
-    units_known = found.length_unit == "mm" and found.time_unit == "s"
-    return not units_known or bool(found.doubt) or fits_gravity(fall.acceleration)
+    known = found.length_unit == "mm" and found.time_unit == "s" and not found.doubt
+    fall = point_track.acceleration
+    return fall < 0 and (not known or fits_gravity(fall))
 
 
 def _likeliest(found: Contents) -> Evidence:

@@ -1,6 +1,7 @@
 """What a file of another tool contains, whichever tool wrote it: tracks, impact times
 or a plate's tilt."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,12 +22,14 @@ LARGEST = 1e9  # of a place or time, in any unit
 @dataclass(frozen=True)
 class PointTrack:
     """One tracked object: arrays of one length in the order of time, without NaN; x to
-    the right, y up."""
+    the right, y up. acceleration: along y, in its free flight, in its units; NaN where
+    it has none."""
 
     name: str
     time: np.ndarray
     x: np.ndarray
     y: np.ndarray
+    acceleration: float = math.nan
 
 
 @dataclass(frozen=True)

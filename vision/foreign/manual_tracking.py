@@ -7,34 +7,25 @@ from dataclasses import replace
 import numpy as np
 
 from benchtwin.vision.foreign.contents import Asked, Tracked, numbered
-from benchtwin.vision.foreign.source import Source, column
+from benchtwin.vision.foreign.source import Source, column, need
 from benchtwin.vision.foreign.unit_inference import SCALE
-from benchtwin.vision.measurement import require
 
 TOOL = "ImageJ Manual Tracking"
-_TRACK, _SLICE = re.compile(r"track\s*n"), re.compile(r"slice\s*n")
+_NUMBERED = re.compile(r"(track|slice)\s*n\S*")  # "Track n°", in any encoding
 
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its name and its first lines."""
     heading = " ".join(map(str, source.first_rows[0])).lower() if source.is_text else ""
-    return bool(_TRACK.search(heading) and _SLICE.search(heading))
+    return {*_NUMBERED.findall(heading)} == {"track", "slice"}
 
 
 def read(source: Source) -> Tracked:
     """The table's tracks; frames are numbered, and units are those that its headings
     name."""
-    headings = [str(h).lower() for h in source.rows[0]]
+    headings = [_NUMBERED.sub(r"\1", str(h).lower()) for h in source.rows[0]]
     rows, path = source.rows[1:], source.path
-    places = [
-        next((k for k, h in enumerate(headings) if match(h)), -1)
-        for match in (_TRACK.match, _SLICE.match, "x".__eq__, "y".__eq__)
-    ]
-    require(
-        -1 not in places,
-        f"{path}: columns Track, Slice, X and Y are to be in it; found"
-        f" {', '.join(headings)[:200]}",
-    )
+    places = need(path, headings, ("track", "slice", "x", "y"))
     number, frame, x, y = (column(path, rows, k, headings[k], 2) for k in places)
     questions: list[Asked] = []
     if "distance" in headings:

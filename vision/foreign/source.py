@@ -196,11 +196,12 @@ class Source:
     def numbers(self, cells: Sequence[str], count: int, wrong: str) -> list[float]:
         """The first `count` cells as numbers, with points or commas; MeasurementError
         that says what is `wrong` where they are none or fewer."""
-        with contextlib.suppress(ValueError):
+        try:
             found = [float(cell.replace(",", ".")) for cell in cells[:count]]
-            if len(found) == count:
-                return found
-        raise MeasurementError(f"{self.path}: {wrong}")
+        except ValueError:
+            found = []
+        require(len(found) == count, f"{self.path}: {wrong}")
+        return found
 
     def parsed(self, content: bytes) -> Element:
         """Parsed XML; entities, whose expansion could fill the memory, are refused."""

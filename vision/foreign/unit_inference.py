@@ -5,8 +5,9 @@ A stated unit is used, even where a fall contradicts it: then there is a questio
 unstated unit is the one in which a fall has the acceleration of gravity; where none or
 several fit, lengths stay pixels, with a question."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -110,7 +111,11 @@ def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
 
 def free_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:
     """The free flight of greatest worth; None where nothing falls."""
-    return max(free_falls(time, x, y), key=lambda fall: fall.worth, default=None)
+    return _best(free_falls(time, x, y))
+
+
+def _best(falls: Iterable[Fall]) -> Fall | None:
+    return max(falls, key=lambda fall: fall.worth, default=None)
 
 
 def fits_gravity(acceleration_mm_s2: float) -> bool:
@@ -156,8 +161,9 @@ def infer_units(path: Path, tool: str, told: Tracked) -> Contents:
     read = tracks_of(path, told.listed)
     seconds, time_unit = _clock(path, read, told.time_unit.lower(), guesses, questions)
     found = tuple(replace(t, time=t.time * seconds) for t in read)
-    falls = [f for t in found for f in free_falls(t.time, t.x, t.y)]
-    fall = max(falls, key=lambda f: f.worth, default=None)
+    each = [free_falls(t.time, t.x, t.y) for t in found]
+    falls = [*chain.from_iterable(each)]
+    fall, best = _best(falls), map(_best, each)
     stated = LENGTH.get(told.length_unit.lower()) if time_unit == "s" else None
     aside = fall is None and stated is not None and _falls_aside(found, stated)
     if aside:
@@ -175,9 +181,15 @@ def infer_units(path: Path, tool: str, told: Tracked) -> Contents:
         questions.append(SCALE if length_unit else UNITLESS)
     if time_unit == "s" and not pixels:
         doubt = unit_doubt(falls, mm, seconds, _whole(*(t.time for t in read)))
+    up = -mm if down else mm
     return Contents(
         tool,
-        tuple(replace(t, x=t.x * mm, y=(-t.y if down else t.y) * mm) for t in found),
+        tuple(
+            PointTrack(t.name, t.time, mm * t.x, up * t.y, up * f.acceleration)
+            if f
+            else replace(t, x=mm * t.x, y=up * t.y)
+            for t, f in zip(found, best, strict=True)
+        ),
         time_unit,
         "px" if pixels else "mm",
         keys=told.keys,

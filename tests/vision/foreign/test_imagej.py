@@ -223,7 +223,7 @@ def test_mtrackj(tmp_path):
 
 
 WRONG = {
-    "Results.csv": (manual(",").replace(",X,", ",Z,"), "columns Track, Slice, X and Y"),
+    "Results.csv": (manual(",").replace(",X,", ",Z,"), "column x is missing"),
     "spots.csv": (
         spots("pixel", "frame", 1, 1).replace("FRAME", "TIME"),
         "column FRAME is missing",
