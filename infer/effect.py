@@ -139,8 +139,8 @@ def discovered(
             if effect.name in found:
                 raise ValueError(
                     tr(
-                        "{}.{}: there is another effect {!r}; each needs a"
-                        " name of its own",
+                        "{}.{}: there is another effect {!r}; each needs a name of its"
+                        " own",
                         package,
                         module.name,
                         effect.name,
@@ -165,8 +165,8 @@ def _wrong(effect: Effect) -> str:
         return tr("sector = {!r}: must be one of {}", e.sector, ", ".join(SECTORS))
     if not (e.low < e.high and e.low <= 0 <= e.high):
         return tr(
-            "low = {}, high = {}: low must be below high, and 0, no"
-            " effect, between them",
+            "low = {}, high = {}: low must be below high, and 0, no effect, between"
+            " them",
             e.low,
             e.high,
         )

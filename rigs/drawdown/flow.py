@@ -83,8 +83,8 @@ def _timed(t: np.ndarray, area: np.ndarray, last: np.ndarray, name: str) -> Flow
     if share[EDGE] > CUT_OFF:
         raise MeasurementError(
             tr(
-                "{}: the film begins when the flow runs already: {:.0%} are"
-                " out after {} frames",
+                "{}: the film begins when the flow runs already: {:.0%} are out after"
+                " {} frames",
                 name,
                 share[EDGE],
                 EDGE,

@@ -51,8 +51,8 @@ def observe_drawdown(
     if recording.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
             tr(
-                "{}: a draw-down is measured on a film, or on a photo of what"
-                " is at rest, not on {}",
+                "{}: a draw-down is measured on a film, or on a photo of what is at"
+                " rest, not on {}",
                 recording.path,
                 recording.evidence,
             )
@@ -61,9 +61,8 @@ def observe_drawdown(
     if stated.upper_px is None or stated.lower_px is None:
         raise MeasurementError(
             tr(
-                "{}: [drawdown] upper_px and lower_px are missing: where in"
-                " the photo the slope above and the heap below are (left, top,"
-                " width, height)",
+                "{}: [drawdown] upper_px and lower_px are missing: where in the photo"
+                " the slope above and the heap below are (left, top, width, height)",
                 recording.toml,
             )
         )

@@ -21,9 +21,8 @@ def slice_of(
     length, _, height = box
     slab = {"box_mm": [length, width_mm, height], "slab": True}
     note = tr(
-        "the draw-down was simulated as a slice {:g} mm deep between"
-        " smooth panes, in place of the box as described: --whole-pile"
-        " simulates that",
+        "the draw-down was simulated as a slice {:g} mm deep between smooth panes, in"
+        " place of the box as described: --whole-pile simulates that",
         width_mm,
     )
     return stated | slab, (note,)

@@ -120,8 +120,8 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
                 longer,
                 LISTED_ODDS,
                 tr(
-                    "contacts lie as far beside the centre as those of a seed"
-                    " of elongation {:.2g}",
+                    "contacts lie as far beside the centre as those of a seed of"
+                    " elongation {:.2g}",
                     shape.elongation,
                 ),
                 (SHAPE.name,),
@@ -199,9 +199,8 @@ def remarks(fit: Fit) -> tuple[str, ...]:
     if odd:
         said.append(
             tr(
-                "{}: something of its own pushes it much harder than the other"
-                " flights (taken as {:g} times as hard), so that it counts"
-                " little",
+                "{}: something of its own pushes it much harder than the other flights"
+                " (taken as {:g} times as hard), so that it counts little",
                 ", ".join(odd),
                 ODD,
             )
@@ -218,10 +217,10 @@ def own_forces_in_words(models: list[Model]) -> str:
     """By how much flights differ, and why they may."""
     own = _own_force(models)
     return tr(
-        "beside all that they have in common each flight is pushed by"
-        " {:.2g} m/s² ({:.2g} % of its weight) of its own, another way each"
-        " time: spin, a turning seed tracked beside its centre of mass,"
-        " motion towards the camera, or seeds that differ",
+        "beside all that they have in common each flight is pushed by {:.2g} m/s²"
+        " ({:.2g} % of its weight) of its own, another way each time: spin, a turning"
+        " seed tracked beside its centre of mass, motion towards the camera, or seeds"
+        " that differ",
         own,
         100 * own / G_M_S2,
     )

@@ -45,8 +45,8 @@ class FirstBounce:
             tr("low") if self.low_mm > 0 else tr("high, or the first impact is missing")
         )
         return tr(
-            "the stated height is {:.2g} ± {:.1g} mm {}, if restitution is"
-            " that of the later bounces",
+            "the stated height is {:.2g} ± {:.1g} mm {}, if restitution is that of the"
+            " later bounces",
             abs(self.low_mm),
             self.low_sd_mm,
             side,

@@ -162,8 +162,8 @@ def measure_impacts(
         sd = estimate_time_sds(times)
         notes.append(
             tr(
-                "no sd_s is stated: each impact's time is taken to be known to"
-                " {:.2g} ms, by rounding and scatter",
+                "no sd_s is stated: each impact's time is taken to be known to {:.2g}"
+                " ms, by rounding and scatter",
                 1000 * sd[0],
             )
         )
@@ -199,8 +199,8 @@ def measure_impacts(
     quantities = [by_name[name] for name, _ in QUANTITIES]
     if gap.max() > LONGEST_S:
         wrong = tr(
-            "an interval of {:.4g} s between impacts: t_s is to be in"
-            " seconds (are these milliseconds?)",
+            "an interval of {:.4g} s between impacts: t_s is to be in seconds (are"
+            " these milliseconds?)",
             gap.max(),
         )
         all_wrong = tuple(failed(q.name, q.unit, wrong) for q in quantities)
@@ -211,8 +211,8 @@ def measure_impacts(
     what = _even(table) or ("" if height else _too_far_up(top))
     if missed is not None:
         what = tr(
-            "an impact seems to be missing: interval {} ({:.4g} s) does"
-            " not fit the others",
+            "an impact seems to be missing: interval {} ({:.4g} s) does not fit the"
+            " others",
             missed + 1,
             gap[missed],
         )
@@ -290,8 +290,8 @@ def _too_far_up(top_mm: float) -> str:
     if top_mm < INSIDE_SDS * unstated_sd("fall"):
         return ""
     return tr(
-        "a rebound of {:.4g} mm, and no height is stated: are these the"
-        " impacts of several drops?",
+        "a rebound of {:.4g} mm, and no height is stated: are these the impacts of"
+        " several drops?",
         top_mm,
     )
 
@@ -309,9 +309,9 @@ def _too_low(height: float, gap: float, top: float, e: np.ndarray) -> str:
     """Why the stated height [mm] is not that of the drop, with the height that the
     second bounce makes likely."""
     said = tr(
-        "the first interval of {:.4g} s is a rebound of {:.4g} mm, higher"
-        " than the drop ([drop] height_mm = {:g}): is height_mm in"
-        " millimetres and t_s in seconds, or was an impact missed?",
+        "the first interval of {:.4g} s is a rebound of {:.4g} mm, higher than the drop"
+        " ([drop] height_mm = {:g}): is height_mm in millimetres and t_s in seconds, or"
+        " was an impact missed?",
         gap,
         top,
         height,

@@ -103,10 +103,9 @@ def strikes_again(
                 Comparison(name, COLUMNS[key], unit, old_rms, new_rms, "impacts")
             )
     how = tr(
-        "each impact was run by the DEM at its recorded speed and spin, {}"
-        " ways of lying averaged; so that bounces are as high as recorded"
-        " on average, restitution at {:.2g} m/s is {:.3f} in the old and"
-        " {:.3f} in the new twin",
+        "each impact was run by the DEM at its recorded speed and spin, {} ways of"
+        " lying averaged; so that bounces are as high as recorded on average,"
+        " restitution at {:.2g} m/s is {:.3f} in the old and {:.3f} in the new twin",
         WAYS,
         speeds,
         old,

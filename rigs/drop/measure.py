@@ -316,8 +316,8 @@ def measure_drop(
         best = f"{1e3 * (first + more):.2g} ± {1e3 * sd:.1g} ms"
         notes.append(
             tr(
-                "[camera] readout_s is not stated; falling and rising parts"
-                " agree best at {}, which the sds allow for",
+                "[camera] readout_s is not stated; falling and rising parts agree best"
+                " at {}, which the sds allow for",
                 best,
             )
         )
@@ -560,8 +560,8 @@ def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
     if math.isfinite(sd) and noise > 5 * sd and noise > 0.003 * reach:
         quantity = quantity.doubt(
             tr(
-                "places scatter {:.2g} {} about the parabolas, their stated sd"
-                " is {:.2g}",
+                "places scatter {:.2g} {} about the parabolas, their stated sd is"
+                " {:.2g}",
                 noise,
                 told.track.unit,
                 sd,
@@ -588,8 +588,8 @@ def _slipped(told: Evidence) -> str:
     if count < 2 or not (leap > SLIPPED_SDS * flights.noise).all():
         return ""
     return tr(
-        "the last {} rows before the impact lie {:.2g} {} off the fall:"
-        " did the tracker slip?",
+        "the last {} rows before the impact lie {:.2g} {} off the fall: did the tracker"
+        " slip?",
         count,
         abs(np.median(off[:count])),
         track.unit,
@@ -609,8 +609,8 @@ def _rebound_cut(quantity: Quantity, flights: Flights) -> Quantity:
     of_height = quantity.name in ("rebound_height", "restitution")
     if of_height and (len(second) < 8 or share < 0.6):
         text = tr(
-            "the recording stops before the rebound's highest point ({}"
-            " frames, {:.0f} % of it)",
+            "the recording stops before the rebound's highest point ({} frames, {:.0f}"
+            " % of it)",
             len(second),
             100 * share,
         )
@@ -689,8 +689,8 @@ def _no_bounce(told: Evidence) -> str:
             told.track.unit,
         )
     return tr(
-        "no impact in the track: one flight of {:.4g} {}, no bounce (does"
-        " the recording end too early?)",
+        "no impact in the track: one flight of {:.4g} {}, no bounce (does the recording"
+        " end too early?)",
         drop,
         told.track.unit,
     )
@@ -729,8 +729,8 @@ def _scale_note(found: Fitted) -> list[str]:
         mm, relative = 1e3 * told.unit * (1 + scale), sd / (1 + scale)
         return [
             tr(
-                "gravity makes it {:.5g} ± {:.2g} mm per px (if the frame rate"
-                " is right)",
+                "gravity makes it {:.5g} ± {:.2g} mm per px (if the frame rate is"
+                " right)",
                 mm,
                 mm * relative,
             )
@@ -739,8 +739,8 @@ def _scale_note(found: Fitted) -> list[str]:
         rate, relative = math.sqrt(1 + scale) / told.clock, sd / 2 / (1 + scale)
         return [
             tr(
-                "gravity makes it {:.5g} ± {:.2g} frames per second (if the"
-                " scale is right)",
+                "gravity makes it {:.5g} ± {:.2g} frames per second (if the scale is"
+                " right)",
                 rate,
                 rate * relative,
             )
@@ -789,8 +789,8 @@ def _said(told: Evidence) -> list[str]:
         began = f"{flights.time[flights.rows[0][0]]:.4g} {track.time_unit}"
         notes.append(
             tr(
-                "before {} the place moves, but not in a free fall (a hand, or"
-                " a slip of the tracker): these rows are not used",
+                "before {} the place moves, but not in a free fall (a hand, or a slip"
+                " of the tracker): these rows are not used",
                 began,
             )
         )

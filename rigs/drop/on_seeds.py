@@ -37,8 +37,8 @@ def observe_on_seeds(
     if recording.evidence in HEARD:
         raise MeasurementError(
             tr(
-                "{}: impacts that were heard do not tell how far a seed rose"
-                " from a plate of seeds: film it, or read the height",
+                "{}: impacts that were heard do not tell how far a seed rose from a"
+                " plate of seeds: film it, or read the height",
                 recording.path,
             )
         )
@@ -71,7 +71,7 @@ def fell_through(risen: Rise, recording: Recording) -> str:
     if deeper < IN_A_HOLLOW * min(sizes) + SURE * known:
         return ""
     return tr(
-        "the seed fell {:.1f} mm deeper than the tops of the plate of"
-        " seeds: it struck the board in a gap between them",
+        "the seed fell {:.1f} mm deeper than the tops of the plate of seeds: it struck"
+        " the board in a gap between them",
         deeper,
     )

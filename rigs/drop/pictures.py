@@ -50,9 +50,8 @@ def with_pictures(
     }
     say(tr("drop: drawing {}", s.names[r]))
     caption = tr(
-        "{} at {} moments: where it was recorded, where the old twin is,"
-        " and the new twin with {}; right: what differs between recording"
-        " and twin, brightened",
+        "{} at {} moments: where it was recorded, where the old twin is, and the new"
+        " twin with {}; right: what differs between recording and twin, brightened",
         s.names[r],
         MOMENTS,
         tr(" and ").join(again.effects),
@@ -62,8 +61,8 @@ def with_pictures(
         return drawn
     filmed = tuple(_filmed(flown, r, rows, seen, folder, say))
     how = tr(
-        "{}; the old and the new twin of {} were also rendered, and"
-        " followed by the code that measures films",
+        "{}; the old and the new twin of {} were also rendered, and followed by the"
+        " code that measures films",
         again.how,
         s.names[r],
     )

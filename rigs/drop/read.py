@@ -266,8 +266,8 @@ def _at_speed(track: Track, recording: Recording) -> tuple[Track, tuple[str, ...
         return track, ()
     shown = float(np.median(np.diff(track.frame) / np.diff(track.t_s)))
     note = tr(
-        "[camera] fps is not stated; by gravity the film plays {:g} ×"
-        " slower than it was taken: at {:.4g} frames per second",
+        "[camera] fps is not stated; by gravity the film plays {:g} × slower than it"
+        " was taken: at {:.4g} frames per second",
         near,
         near * shown,
     )
@@ -296,8 +296,8 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
     if not track.timed:
         raise MeasurementError(
             tr(
-                "{}: [camera] fps is missing; a diagnosis needs to know how"
-                " fast things fell",
+                "{}: [camera] fps is missing; a diagnosis needs to know how fast things"
+                " fell",
                 recording.toml,
             )
         )
@@ -306,8 +306,8 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
         if not found.free > 0:
             raise MeasurementError(
                 tr(
-                    "{}: [camera] mm_per_px is missing, and nothing in the"
-                    " track falls freely",
+                    "{}: [camera] mm_per_px is missing, and nothing in the track falls"
+                    " freely",
                     recording.toml,
                 )
             )
@@ -318,8 +318,8 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
             *notes,
             (
                 tr(
-                    "no scale is stated: the free fall makes it {:.4g} mm per"
-                    " px, and nothing is said about scale",
+                    "no scale is stated: the free fall makes it {:.4g} mm per px, and"
+                    " nothing is said about scale",
                     scale,
                 )
             ),

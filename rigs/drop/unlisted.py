@@ -295,8 +295,8 @@ def _struck(kind: str, quantity: str, about: float, powers) -> Family:
                 power,
             )
         return tr(
-            "a sideways kick over the change of speed towards {} that goes"
-            " as {} {}, in impacts only",
+            "a sideways kick over the change of speed towards {} that goes as {} {}, in"
+            " impacts only",
             "+x" if rises else "−x",
             tr(quantity),
             power,

@@ -88,8 +88,8 @@ def combine_with_sound(
     pictures = {**seen.pictures, **heard.pictures}
     if all(q.quality == FAILED for q in seen.quantities):
         note = tr(
-            "nothing could be measured on the pictures ({}): the"
-            " quantities are from the sound",
+            "nothing could be measured on the pictures ({}): the quantities are from"
+            " the sound",
             seen.quantities[0].reason,
         )
         return replace(
@@ -182,9 +182,8 @@ def _clock_shift(
             None,
             (
                 tr(
-                    "no impact heard is near one seen: sound and pictures are"
-                    " of different"
-                    " drops, or far out of step"
+                    "no impact heard is near one seen: sound and pictures are of"
+                    " different drops, or far out of step"
                 )
             ),
             False,
@@ -200,9 +199,8 @@ def _clock_shift(
             None,
             (
                 tr(
-                    "only one impact is both seen and heard: sound and pictures"
-                    " could not"
-                    " be matched"
+                    "only one impact is both seen and heard: sound and pictures could"
+                    " not be matched"
                 )
             ),
             len(a) < 2,
@@ -217,8 +215,8 @@ def _clock_shift(
         message = tr("the sound's clock runs {} after that of the pictures", amount)
     elif abs(lag) > 3 * lag_sd:
         message = tr(
-            "the sound is shifted by {} against the pictures; only its"
-            " intervals are used",
+            "the sound is shifted by {} against the pictures; only its intervals are"
+            " used",
             amount,
         )
     else:

@@ -166,8 +166,8 @@ def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
     ):
         raise MeasurementError(
             tr(
-                "{}: nothing is seen to flow; the camera must stand still and"
-                " look along the drum's axis",
+                "{}: nothing is seen to flow; the camera must stand still and look"
+                " along the drum's axis",
                 recording.path,
             )
         )
@@ -230,8 +230,8 @@ def _doubts(angles: np.ndarray, lines: list[Line]):
     ):
         yield (
             tr(
-                "the angle goes on changing ({:.1f}°, then {:.1f}°): no steady"
-                " flow yet",
+                "the angle goes on changing ({:.1f}°, then {:.1f}°): no steady flow"
+                " yet",
                 abs(early.mean()),
                 abs(late.mean()),
             )
@@ -241,8 +241,8 @@ def _doubts(angles: np.ndarray, lines: list[Line]):
     if bend > BENT_DEG:
         yield (
             tr(
-                "the surface is bent (its slope differs by {:.0f}° within the"
-                " window): one line is the wrong model",
+                "the surface is bent (its slope differs by {:.0f}° within the window):"
+                " one line is the wrong model",
                 bend,
             )
         )

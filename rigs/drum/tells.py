@@ -30,9 +30,8 @@ def slice_of(
     if width_mm is None or width <= width_mm:
         return dict(stated), notes
     note = tr(
-        "the drum was simulated as a slice {:g} mm wide between smooth"
-        " ends, in place of the drum as described: --whole-pile simulates"
-        " that",
+        "the drum was simulated as a slice {:g} mm wide between smooth ends, in place"
+        " of the drum as described: --whole-pile simulates that",
         width_mm,
     )
     return stated | {"drum_mm": [diameter, width_mm]}, (*notes, note)

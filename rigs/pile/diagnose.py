@@ -68,8 +68,8 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
             *said,
             (
                 tr(
-                    "{} goes with the order of the recordings: the two cannot"
-                    " be told apart",
+                    "{} goes with the order of the recordings: the two cannot be told"
+                    " apart",
                     tr(" and ").join(rising),
                 )
             ),
@@ -212,8 +212,8 @@ def _mixed(photos: tuple[Photo, ...]) -> Iterator[str]:
             yield (
                 tr(
                     "{} heaps that state the same differ by {:.1f}° (standard"
-                    " deviation), repeats of one kind by up to {:g}°: something"
-                    " that nobody states differs between them, from {}",
+                    " deviation), repeats of one kind by up to {:g}°: something that"
+                    " nobody states differs between them, from {}",
                     len(own),
                     sd,
                     ONE_KIND_DEG,

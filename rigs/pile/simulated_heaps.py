@@ -136,9 +136,8 @@ def _rig(stated: dict, seed: dict) -> dict:
     if "box_mm" not in stated:
         raise ValueError(
             tr(
-                "the recordings state neither [pile] box_mm nor cylinder_mm:"
-                " there is no"
-                " rig to run again"
+                "the recordings state neither [pile] box_mm nor cylinder_mm: there is"
+                " no rig to run again"
             )
         )
     x, width, z = stated["box_mm"]

@@ -38,9 +38,8 @@ def slice_of(
     }
     kept = {k: v for k, v in stated.items() if k in ("gate_speed_mm_s", "photo_s")}
     note = tr(
-        "the pile was simulated as a slice {:g} mm wide between smooth"
-        " sides, filled {:g} mm high, in place of the pile as described:"
-        " --whole-pile simulates that",
+        "the pile was simulated as a slice {:g} mm wide between smooth sides, filled"
+        " {:g} mm high, in place of the pile as described: --whole-pile simulates that",
         width_mm,
         fill,
     )

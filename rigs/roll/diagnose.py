@@ -107,8 +107,8 @@ def baseline(
     notes = (
         (
             tr(
-                "Each seed climbs and falls twice a turn, as its stated shape"
-                " (a rise of {:.2g} mm) lets it.",
+                "Each seed climbs and falls twice a turn, as its stated shape (a rise"
+                " of {:.2g} mm) lets it.",
                 seed.rise_mm,
             )
         ),
@@ -138,8 +138,8 @@ def corner_notes(base: Fit) -> tuple[str, ...]:
     return (
         (
             tr(
-                "The corner takes {:.2g} % of the speed: no more than a sharp"
-                " corner may.",
+                "The corner takes {:.2g} % of the speed: no more than a sharp corner"
+                " may.",
                 100 * lost[1],
             )
         ),
@@ -178,9 +178,8 @@ def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
     if not problem.effects and not conditions:
         raise ValueError(
             tr(
-                "run-outs alone tell nothing of what is missing; {} readings"
-                " in either direction would tell a slope: record {}, or film"
-                " the roll",
+                "run-outs alone tell nothing of what is missing; {} readings in either"
+                " direction would tell a slope: record {}, or film the roll",
                 LEAST_READINGS,
                 tr(BOTH_WAYS),
             )

@@ -160,9 +160,8 @@ def path_of_few(
         ]
         raise ValueError(
             tr(
-                "[roll] {} missing: {} rows are too few without it, {} would"
-                " do; [roll] level = false says that the seed stays on its"
-                " incline",
+                "[roll] {} missing: {} rows are too few without it, {} would do; [roll]"
+                " level = false says that the seed stays on its incline",
                 tr(" and ").join(absent),
                 len(x),
                 FEW_UNKNOWNS + 1,

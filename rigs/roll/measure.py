@@ -267,8 +267,8 @@ def _check(track: Track, recording: Recording, least: int) -> None:
     if is_level and ends_on_incline(track.t_s, track.x, length):
         raise MeasurementError(
             tr(
-                "the seed does not leave the incline ({:.4g} of {:g} mm):"
-                " there is no run-out",
+                "the seed does not leave the incline ({:.4g} of {:g} mm): there is no"
+                " run-out",
                 moved,
                 length,
             )
@@ -368,8 +368,8 @@ def _conflicts(found: Fitted) -> list[str]:
     if told and abs(longer) > CONFLICT_SDS * stated_sd("way-on-incline"):
         out.append(
             tr(
-                "by the motion the incline ends {:+.3g} mm from where it is"
-                " stated to: check incline_length_mm and the scale",
+                "by the motion the incline ends {:+.3g} mm from where it is stated to:"
+                " check incline_length_mm and the scale",
                 longer,
             )
         )
@@ -377,8 +377,8 @@ def _conflicts(found: Fitted) -> list[str]:
     if known and abs(steeper) > CONFLICT_SDS * stated_sd("incline"):
         out.append(
             tr(
-                "by the motion the incline is {:+.2g}° from the stated angle:"
-                " check incline_deg, the scale and the times",
+                "by the motion the incline is {:+.2g}° from the stated angle: check"
+                " incline_deg, the scale and the times",
                 steeper,
             )
         )
@@ -387,8 +387,8 @@ def _conflicts(found: Fitted) -> list[str]:
     if abs(at[name]) > CONFLICT_SDS * sd and found.told.track.physical:
         out.append(
             tr(
-                "by the motion the scale is off by {:+.2g} %: check mm_per_px"
-                " and the times",
+                "by the motion the scale is off by {:+.2g} %: check mm_per_px and the"
+                " times",
                 100 * at[name],
             )
         )
@@ -429,8 +429,8 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     if off > UNEVEN * (stop.place - junction) and not has_few_rows(run):
         doubts.append(
             tr(
-                "the travel is not that of one seed that slows down evenly: it"
-                " is off by {:.2g} {}",
+                "the travel is not that of one seed that slows down evenly: it is off"
+                " by {:.2g} {}",
                 off / unit,
                 told.track.unit,
             )
@@ -470,9 +470,8 @@ def _cornerless(found: Fitted) -> str:
     if way.mu <= 0:
         raise MeasurementError(
             tr(
-                "the seed does not slow down on the level: its rows give"
-                " neither run-out"
-                " nor friction"
+                "the seed does not slow down on the level: its rows give neither"
+                " run-out nor friction"
             )
         )
     unstated = math.isnan(run.length) and run.junction is None
@@ -587,8 +586,8 @@ def _said(told: Evidence) -> list[str]:
         level = unstated_sd("level-plate")
         notes.append(
             tr(
-                "the plate is taken to be level to ± {:g}°, as [roll]"
-                " slope_deg is not stated; {}",
+                "the plate is taken to be level to ± {:g}°, as [roll] slope_deg is not"
+                " stated; {}",
                 level,
                 both,
             )

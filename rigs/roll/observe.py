@@ -37,9 +37,8 @@ def _in_pictures(seen: Followed) -> Observation:
     if not np.isfinite(tracked.size):
         raise MeasurementError(
             tr(
-                "{}: [seed] length_mm, width_mm and [camera] mm_per_px are"
-                " needed where all places are set by hand: how high the seed's"
-                " middle rolls",
+                "{}: [seed] length_mm, width_mm and [camera] mm_per_px are needed where"
+                " all places are set by hand: how high the seed's middle rolls",
                 recording.toml,
             )
         )

@@ -67,8 +67,8 @@ def _slope(
     slope, sd = float(whole @ found.values), math.sqrt(whole @ found.covariance @ whole)
     notes = (
         tr(
-            "slope, falling towards +x, from {} runs towards +x and {} towards"
-            " -x, fitted together",
+            "slope, falling towards +x, from {} runs towards +x and {} towards -x,"
+            " fitted together",
             counts[0],
             counts[1],
         ),

@@ -48,9 +48,8 @@ def resimulate(
     if not seen:
         raise ValueError(
             tr(
-                "no track from the release to the stop is there to run again:"
-                " the twin's"
-                " rolls go from end to end"
+                "no track from the release to the stop is there to run again: the"
+                " twin's rolls go from end to end"
             )
         )
     values = values_by_recording(finding)
@@ -76,8 +75,8 @@ def resimulate(
         for r, path, before, after in zip(chosen, paths, nil, whole, strict=True)
     ]
     how = tr(
-        "rolling friction {:.4g} in the old and {:.4g} in the new twin, so"
-        " that they run out as far as recorded on average",
+        "rolling friction {:.4g} in the old and {:.4g} in the new twin, so that they"
+        " run out as far as recorded on average",
         old,
         new,
     )

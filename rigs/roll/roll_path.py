@@ -111,8 +111,8 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
     rocks = _rocking_px(recording)
     if rms > MOST_RMS * size + rocks:
         text = tr(
-            "the places lie {:.2g} px off the straight legs: a shadow or a"
-            " mirror image is taken for a part of the seed",
+            "the places lie {:.2g} px off the straight legs: a shadow or a mirror image"
+            " is taken for a part of the seed",
             rms,
         )
         doubt = f"{doubt}; {text}" if doubt else text

@@ -243,8 +243,8 @@ def _need_run_out(run: Run) -> None:
     if not run.stays and len(run.x) >= FEW_ROWS and (level < LEAST_LEVEL or short):
         raise ValueError(
             tr(
-                "the track ends too soon behind the incline ({} rows); a"
-                " diagnosis needs the run-out",
+                "the track ends too soon behind the incline ({} rows); a diagnosis"
+                " needs the run-out",
                 level,
             )
         )

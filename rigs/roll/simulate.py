@@ -15,16 +15,16 @@ def runs_out(recording: Recording, given: dict[str, Any]) -> dict[str, Any]:
     if recording.roll.level is False:
         raise ValueError(
             tr(
-                "{}: [roll] level = false: the twin's rolls run out on a level"
-                " plate, none stays on its incline",
+                "{}: [roll] level = false: the twin's rolls run out on a level plate,"
+                " none stays on its incline",
                 recording.toml,
             )
         )
     if recording.roll.rail_gap_mm:
         raise ValueError(
             tr(
-                "{}: [roll] rail_gap_mm: the twin has no rails, its seeds roll"
-                " on a plate",
+                "{}: [roll] rail_gap_mm: the twin has no rails, its seeds roll on a"
+                " plate",
                 recording.toml,
             )
         )

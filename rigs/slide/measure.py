@@ -173,8 +173,8 @@ def _said(run: Run, rate: float | None, start: float | None) -> list[str]:
     sd = stated_sd("level-plate" if run.gates else "start-angle")
     return [
         tr(
-            "the plate's angle is as stated: {:g}° at t = 0, ± {:g}°, and {:g}"
-            " °/s, ± {:g} %",
+            "the plate's angle is as stated: {:g}° at t = 0, ± {:g}°, and {:g} °/s, ±"
+            " {:g} %",
             start,
             sd,
             rate,
@@ -242,8 +242,8 @@ def _of_track(seen: Evidence, ways: list[Alone]) -> Slide:
     if (1 - noise.white) * noise.rho > 0.3:
         notes.append(
             tr(
-                "successive frames err together (ρ = {:.2f}); the standard"
-                " deviations allow for it",
+                "successive frames err together (ρ = {:.2f}); the standard deviations"
+                " allow for it",
                 noise.rho,
             )
         )
@@ -401,8 +401,8 @@ def _doubts(
     if left > max(5 * noise, 0.02 * float(np.ptp(run.travel))):
         doubts.append(
             tr(
-                "the travel is not that of one block under constant friction"
-                " (off by {:.2g} {})",
+                "the travel is not that of one block under constant friction (off by"
+                " {:.2g} {})",
                 left / seen.unit,
                 seen.track.unit,
             )

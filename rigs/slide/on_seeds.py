@@ -65,8 +65,8 @@ def angle_when_gone(track: Track, recording: Recording) -> float:
     if not gone.size or not gone[0]:
         raise MeasurementError(
             tr(
-                "{}: the card goes {:.0f} mm, and counts as slid off after"
-                " {:g}: [slide] travel_mm states another way",
+                "{}: the card goes {:.0f} mm, and counts as slid off after {:g}:"
+                " [slide] travel_mm states another way",
                 recording.path,
                 travel.max(),
                 far,
@@ -78,8 +78,8 @@ def angle_when_gone(track: Track, recording: Recording) -> float:
         if rate is None or start is None:
             raise MeasurementError(
                 tr(
-                    "{}: the plate's angle is unknown: give a tilt_deg column"
-                    " in track.csv, or [slide] start_deg and tilt_rate_deg_s",
+                    "{}: the plate's angle is unknown: give a tilt_deg column in"
+                    " track.csv, or [slide] start_deg and tilt_rate_deg_s",
                     recording.toml,
                 )
             )
@@ -111,8 +111,8 @@ def card_unknown(recording: Recording) -> str:
     if round(seeds) >= LEAST_SEEDS:
         return ""
     return tr(
-        "[slide] card_mm: about {:.0f} seeds have room on it, and a card"
-        " rocks or rolls on fewer than {}: glue more to a larger one",
+        "[slide] card_mm: about {:.0f} seeds have room on it, and a card rocks or rolls"
+        " on fewer than {}: glue more to a larger one",
         seeds,
         LEAST_SEEDS,
     )

@@ -127,8 +127,8 @@ def half_stated(recording: Recording) -> tuple[str, ...]:
         return ()
     return (
         tr(
-            "[camera] mm_per_px_sd is stated without mm_per_px: lengths are"
-            " taken as known to {:g} %",
+            "[camera] mm_per_px_sd is stated without mm_per_px: lengths are taken as"
+            " known to {:g} %",
             100 * camera.scale_sd,
         ),
     )

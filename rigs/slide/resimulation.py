@@ -113,8 +113,8 @@ def _let_go(
         for t, (old, new), angle in zip(twins, angles, told)
     )
     how = tr(
-        "the angle of onset is that of the twin with one friction at rest"
-        " for all slides, and with each slide's own{}",
+        "the angle of onset is that of the twin with one friction at rest for all"
+        " slides, and with each slide's own{}",
         more,
     )
     points = {

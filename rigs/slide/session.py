@@ -166,8 +166,8 @@ def assemble(recordings) -> Session:
                 if runs[-1].in_motion and begun > 0:
                     notes.append(
                         tr(
-                            "{}: its first {:.2g} s, in which it rests or is"
-                            " pushed, are left out",
+                            "{}: its first {:.2g} s, in which it rests or is pushed,"
+                            " are left out",
                             seen.recording,
                             begun,
                         )
@@ -229,8 +229,8 @@ def _read(seen) -> Read:
     if not len(angles):
         raise ValueError(
             tr(
-                "its readings hold no number; slide_angle_deg should hold an"
-                " angle a row"
+                "its readings hold no number; slide_angle_deg should hold an angle a"
+                " row"
             )
         )
     rate = seen.description.get("slide", {}).get("tilt_rate_deg_s")
