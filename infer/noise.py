@@ -7,9 +7,10 @@
 t, s are frame numbers, so lost frames need no filling in. ρ and the white share
 maximise the restricted likelihood (REML; Patterson & Thompson 1971, Biometrika 58, 545)
 about a flexible curve, so that missing physics is not taken for noise. The curve
-absorbs slow noise, so a correlation longer than an eighth of a flight is not
-considered; of two descriptions that fit alike the one with less power at low frequency
-is taken. Whitening is by the innovations of a Kalman filter, exact with gaps."""
+absorbs slow noise, so a correlation longer than an eighth of a flight, or a third of a
+rest, is not considered; of two descriptions that fit alike the one with less power at
+low frequency is taken. Whitening is by the innovations of a Kalman filter, exact with
+gaps."""
 
 import itertools
 from collections.abc import Iterable
@@ -19,7 +20,10 @@ import numpy as np
 from numba import njit
 from scipy.optimize import minimize
 
+from benchtwin.bench.robust import robust_sd
+
 CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs longer ones
+CELLS_AT_REST = 3  # the same beside a constant
 COARSE = [
     (0.0, 0.0),
     *itertools.product((0.3, 0.6, 0.8, 0.9, 0.95, 0.98), (0.0, 0.4, 0.8)),
@@ -31,6 +35,7 @@ WIDEST_STEP = 0.4  # of a logit, for the likelihood's curvature
 # sd of either wave of pixel lock: hundredths of a pixel (slide/session.py)
 LOCK_PX = 0.03
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
+OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
 ALIKE = 1e-2  # of the greatest: slopes that say the same
 ENOUGH_FREEDOM = 10  # degrees of freedom that tell a recording's own σ
 
@@ -148,7 +153,10 @@ def estimate(stretches: list[Stretch]) -> Noise:
     if not usable:
         return Noise(0.0, 0.0, 1.0)
     packed = _pack(usable)
+    at_rest = [s for s in usable if s.design.shape[1] == 1]
     longest = _usual_length(usable) / CELLS  # correlation that these stretches can tell
+    if at_rest:
+        longest = max(longest, _usual_length(at_rest) / CELLS_AT_REST)
     highest = max(1 - 1 / longest, 0.5)
 
     def loss(rho: float, white: float) -> float:
@@ -262,6 +270,12 @@ def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
         return 0.7
     spread = (vectors.T @ slope) ** 2 / values
     return float(min(np.sqrt(spread.sum() + 2 / packed[2].sum()), 0.7))
+
+
+def outliers(innovations: np.ndarray) -> np.ndarray:
+    """Which innovations (n,) lie more than OUTLIER_SD robust standard deviations
+    off."""
+    return np.abs(innovations) > OUTLIER_SD * robust_sd(innovations) + 1e-300
 
 
 def maximum_draws(

@@ -5,13 +5,12 @@ predict(r, own (L,), values) → (n_r,): the rows of recording r for its locals 
 the globals by name. Derivatives are finite differences; rows are whitened; locals are
 eliminated by QR."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import legendre
 from scipy.linalg import solve_triangular
 
 from benchtwin.infer.effect import Effect
@@ -120,32 +119,16 @@ def problem_of(
     )
 
 
-def smooth_curves(
-    time: np.ndarray, rows: np.ndarray, count: int, degree: int
-) -> np.ndarray:
-    """(count, degree + 1): Legendre polynomials over the time of some rows (indices), 0
-    on all others, and where these are too few."""
-    out = np.zeros((count, degree + 1))
-    if len(rows) > 2 * out.shape[1]:
-        since = time[rows] - time[rows[0]]
-        out[rows] = legendre.legvander(2 * since / since[-1] - 1, degree)
-    return out
-
-
-def noise_about(
-    base: Fit, smooth: Sequence[np.ndarray] = ()
-) -> tuple[Noise, np.ndarray]:
+def noise_about(base: Fit) -> tuple[Noise, np.ndarray]:
     """Noise of all recordings but those of few rows, about a fit and its slopes, those
-    by effects too, and any smooth curves of each (n, s), so that what may be missing is
-    not taken for noise; and σ (R,) of each over the sds that its rows have, 1 of few
-    rows."""
+    by effects and smooth curves too, so that what may be missing is not taken for
+    noise; and σ (R,) of each over the sds that its rows have, 1 of few rows."""
     series, owners, stretches = base.problem.series, [], []
     for r, one in enumerate(series):
         if one.few:
             continue
         left, columns = _white(base, r)
-        curves = smooth[r] if len(smooth) else np.zeros((len(left), 0))
-        design = np.column_stack([columns, curves / np.reshape(one.sigma, (-1, 1))])
+        design = np.column_stack([columns, one.smooth / np.reshape(one.sigma, (-1, 1))])
         design, left = (rows[: len(rows) - one.known] for rows in (design, left))
         stretches.append(about_slopes(design, left, one.lag[: len(left)]))
         owners.append(r)

@@ -22,7 +22,7 @@ from benchtwin.rigs.roll.model import OWN, Model, predict
 from benchtwin.rigs.roll.run_noise import (
     RunNoise,
     row_weight,
-    smooth_of,
+    smooth_curves,
 )
 from benchtwin.rigs.roll.session import Run, Seed, weight_over_inertia
 
@@ -182,7 +182,7 @@ def roll_problem(model: Model, scales: dict[str, float], noise: RunNoise) -> Pro
             run.recording,
             *seen_rows(run, noise.sigma[r] * row_weight(run)),
             noise.noise,
-            smooth_of(run),
+            smooth_curves(run),
             known=int(run.junction is not None),
         )
         for r, run in enumerate(model.runs)

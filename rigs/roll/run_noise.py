@@ -4,12 +4,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import Fit
-from benchtwin.infer.series import noise_about, smooth_curves, spread_of_few
+from benchtwin.infer.series import noise_about, spread_of_few
 from benchtwin.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # floor for simulated tracks
@@ -42,7 +43,7 @@ def noise_of(base: Fit, before: RunNoise) -> RunNoise:
     """About a fit with the noise `before`; few rows keep their stated sds, but those of
     light gates that tell them better."""
     runs, sigma = base.problem.model.runs, before.sigma.copy()
-    noise, factor = noise_about(base, [smooth_of(run) for run in runs])
+    noise, factor = noise_about(base)
     few = [has_few_rows(run) for run in runs]
     if any(few):
         # five numbers nearly explain few rows of both legs: the usual sd counts as one
@@ -81,8 +82,16 @@ def row_weight(run: Run) -> np.ndarray:
     return speed / speed.mean()
 
 
-def smooth_of(run: Run) -> np.ndarray:
+def smooth_curves(run: Run) -> np.ndarray:
     """(n, k) smooth curves over a run's way from release to stop."""
     rows = np.flatnonzero((run.time_s > run.way.release) & (run.time_s < run.way.stop))
-    count = len(run.time_s) + (run.junction is not None)
-    return smooth_curves(run.time_s, rows, count, DEGREE)
+    seen = len(run.time_s) + (run.junction is not None)
+    out = np.zeros((seen, DEGREE + 1))
+    if len(rows) > 2 * out.shape[1]:
+        out[rows] = legendre.legvander(_tau(run, rows), DEGREE)
+    return out * float(np.median(np.abs(np.diff(run.x)))) if len(run.x) > 1 else out
+
+
+def _tau(run: Run, rows) -> np.ndarray:
+    t = run.time_s[rows]
+    return 2 * (t - t[0]) / (t[-1] - t[0]) - 1

@@ -31,7 +31,6 @@ from benchtwin.rigs.slide.problem import (
     WHITE,
     Alone,
     alone,
-    few_spread,
     likeliest,
     wander_of,
 )
@@ -65,6 +64,7 @@ from benchtwin.vision.motion.least_squares import all_stated, variance_factor
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
+LEVELS = 3  # times the sd of few rows is estimated
 CERTAIN_SDS = 10.0  # of a loss of friction: e⁻⁵⁰ is left to none
 LEAST_LOSS, MOST_LOSS, LOSSES = 1e-3, 0.5, 16  # of friction at the onset; so many tried
 UNLIKELY = 12.0  # ln by which one is, below the likeliest
@@ -204,16 +204,30 @@ def _of_few(seen: Evidence) -> Slide:
     run = rows_of(run, np.arange(len(run.time)) >= run.rest)
     stated, freedom = all_stated(track.sd), len(run.time) - 3
     level = float(np.median(track.sd)) if stated else FEW_SD_MM
-    found = alone(run, WHITE, level * run.weight)
-    if not stated:
-        level *= few_spread(found.fit)
-        found = alone(run, WHITE, level * run.weight, found.fit)
-    factor, doubt = variance_factor(found.fit.chi2, freedom, stated)
+    near = None
+    for _ in range(1 if stated else LEVELS):
+        found = alone(run, WHITE, level * run.weight, near)
+        near, misfit = found.fit, _misfit(found, level * run.weight)
+        level *= math.sqrt(misfit / freedom)
+    factor, doubt = variance_factor(misfit, freedom, stated)
     one = _one(found.fit, math.sqrt(factor))
     (kinetic,) = one.quantities(dict(QUANTITIES[2:]), _shared(seen, one.fit)).values()
     kinetic = kinetic.doubt(_negative(kinetic), vague(kinetic), doubt)
     onset = all_failed(QUANTITIES[:2], tr(FEW))
     return Slide((*onset, kinetic), None, _curve(seen, found), tuple(seen.notes))
+
+
+def _misfit(found: Alone, sigma: np.ndarray) -> float:
+    """χ² about place, speed and friction alone: priors take no share in few rows'
+    scatter."""
+    of = found.fit
+    assert of.problem.derivatives is not None
+    columns = of.problem.derivatives(0, of.starts, of.values)[1][: len(sigma)]
+    columns = columns / sigma[:, None]
+    left = found.left / sigma + columns @ np.append(of.starts[0], of.values)
+    free = columns[:, [OWN.index(n) for n in ("place", "speed", "own friction")]]
+    left = left - free @ np.linalg.lstsq(free, left, rcond=None)[0]
+    return max(float(left @ left), 1e-18)
 
 
 def _of_track(seen: Evidence, ways: list[Alone]) -> Slide:

@@ -13,16 +13,18 @@ from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import UnknownScatter
 from benchtwin.infer.linear import Reduced, stacked
-from benchtwin.infer.noise import LOCK_PX, Noise, frame_lag, refined_level_sd
+from benchtwin.infer.noise import (
+    LOCK_PX,
+    Noise,
+    Stretch,
+    estimate,
+    frame_lag,
+    outliers,
+    refined_level_sd,
+)
 from benchtwin.infer.own_scatter import own_scatter
 from benchtwin.infer.problem import Fit, Problem, fit
-from benchtwin.infer.series import (
-    Locals,
-    Series,
-    noise_about,
-    smooth_curves,
-    spread_of_few,
-)
+from benchtwin.infer.series import Locals, Series
 from benchtwin.infer.series import problem_of as series_problem
 from benchtwin.rigs.slide.effects import EFFECTS
 from benchtwin.rigs.slide.model import OWN, SHAPES, Model, predict, run_motion
@@ -55,8 +57,9 @@ RUN_SD = unstated_sd("friction-scatter")
 # frictions of a slide's own: steady, waves along it, pulses at its start
 KINDS = (1, WAVES, len(SETTLES_S) - 2)
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
-DEGREE = 8  # of smooth curves
-# of runs of few rows, before it is estimated
+DEGREE = 8  # of the curve about which noise is estimated
+# of runs of few rows: degree of the curve; sd where it cannot be estimated
+FEW_DEGREE = 2
 FEW_SD_MM = 0.5
 EXACT_MM = 1e-4  # floor for simulated tracks
 # flat, each run's own: place, onset, speed, friction; the plate's angle, a phase; lock
@@ -74,7 +77,8 @@ STEP = 1e-5  # of a prior's sd, for derivatives
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A session, noise common to its runs, sigma (n,) [mm] of each run's rows."""
+    """A session without outliers, noise common to its runs, sigma (n,) [mm] of each
+    run's rows."""
 
     session: Session
     noise: Noise
@@ -83,41 +87,27 @@ class Prepared:
 
 
 def prepare(session: Session) -> Prepared:
-    """Noise of all runs about their fit with nothing missing, smooth curves and effects
-    beside it, so that what may be missing is not taken for noise."""
+    """Noise of all runs: about the place of rest, and about a flexible curve from the
+    onset on."""
     if not session.runs:
         return Prepared(session, _white(session), ())
-    runs = tuple(until_its_end(r) if r.in_motion else r for r in session.runs)
-    session, tracks = replace(session, runs=runs), Session(runs, (), (), ())
-    pooled = _pooled([run for run in runs if run.few])
-    sigma = [
-        np.full(len(r.time), pooled)
-        if r.few
-        else np.maximum(difference_noise(r.travel, 2) * r.weight, EXACT_MM)
-        for r in runs
-    ]
-    first = Prepared(tracks, WHITE, tuple(sigma))
-    base = fit(with_starts(first, Model(tracks, 0.0, effects_of(tracks))))
-    noise, factor = noise_about(base, [smooth_of(run) for run in runs])
-    sigma = [np.maximum(f * sd, EXACT_MM) for f, sd in zip(factor, sigma)]
-    return Prepared(session, noise, tuple(sigma))
-
-
-def _pooled(runs: list[Run]) -> float:
-    """σ [mm] of rows of all short runs, about a parabola each."""
-    power, spare = 0.0, 0
-    for run in runs:
-        time, x = run.time[run.moving], run.travel[run.moving]
-        if len(x) > 3:
-            power += float(np.polyfit(time - time[0], x, 2, full=True)[1].sum())
-            spare += len(x) - 3
-    return max(math.sqrt(power / spare), EXACT_MM) if spare else FEW_SD_MM
-
-
-def few_spread(found: Fit) -> float:
-    """σ of few rows over their sds, about what is fitted with nothing missing."""
-    bare = replace(found, problem=replace(found.problem, effects={}))
-    return spread_of_few(bare, 0.0)[0]
+    ended = tuple(until_its_end(r) if r.in_motion else r for r in session.runs)
+    session = replace(session, runs=ended)
+    noise = estimate([part for run in session.runs for part in stretches(run)])
+    kept, sigma = [], []
+    pooled = _pooled([run for run in session.runs if run.few])
+    for run in session.runs:
+        if run.few:
+            kept.append(run)
+            sigma.append(np.full(len(run.time), pooled))
+            continue
+        good = np.concatenate(
+            [~outliers(part.residual(noise)[0]) for part in stretches(run)]
+        )
+        clean = rows_of(run, good)
+        kept.append(clean)
+        sigma.append(_sigma(clean, noise))
+    return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
 
 
 def until_its_end(run: Run) -> Run:
@@ -199,14 +189,56 @@ def _smooth(run: Run, end: int) -> tuple[float, int]:
     return float(left @ left), degree + 2
 
 
-def smooth_of(run: Run) -> np.ndarray:
-    """(n + 1, k): smooth curves over the motion of a run."""
-    n, rows = len(run.time), np.arange(len(run.time))[run.moving]
-    curves = smooth_curves(run.time, rows, n + 1, DEGREE)
-    if run.in_motion and not run.few:
-        pulses = wander_of(run, 1.0)[:, 1 + WAVES :]
-        curves = np.column_stack([curves, np.append(pulses, 0 * pulses[:1], axis=0)])
-    return curves
+def _pooled(runs: list[Run]) -> float:
+    """σ [mm] of rows of all short runs, about a parabola each."""
+    found = [
+        part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in stretches(run)
+    ]
+    spare = sum(n for _, n in found)
+    if spare:
+        return max(math.sqrt(sum(float(v @ v) for v, _ in found) / spare), EXACT_MM)
+    return FEW_SD_MM
+
+
+def stretches(run: Run) -> list[Stretch]:
+    """Rest, if seen, motion, and rest again of a run."""
+    out = []
+    parts = (
+        (slice(0, run.rest), 0),
+        (run.moving, DEGREE),
+        (slice(run.moving.stop, None), 0),
+    )
+    for part, degree in parts:
+        t = run.time[part]
+        if not len(t):  # light gates see no rest
+            continue
+        t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
+        degree = min(degree, FEW_DEGREE if run.few else max(len(t) // 6, 0))
+        design = legendre.legvander(t, degree)
+        crossed = float(np.ptp(run.travel[part])) > DEGREE * float(
+            np.hypot(*run.lock[0])
+        )
+        # waves finer than the curve
+        if crossed and run.lock.any() and not run.few:
+            design = np.column_stack([design, run.lock[part]])
+        if run.in_motion and degree and not run.few:
+            pulses = wander_of(run, 1.0)[part, 1 + WAVES :]
+            design = np.column_stack([design, pulses])
+        out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
+    return out
+
+
+def _sigma(run: Run, noise: Noise) -> np.ndarray:
+    """At rest and in motion separately where both are long, else together."""
+    found = [part.residual(noise) for part in stretches(run)]
+    left, spare = [float((r**2).sum()) for r, _ in found], [n for _, n in found]
+    both = math.sqrt(sum(left) / max(sum(spare), 1))
+    apart = all(n >= 60 for n in spare)
+    each = [
+        math.sqrt(p / n) if apart else both for p, n in zip(left, spare, strict=True)
+    ]
+    counts = [len(part.data) for part in stretches(run)]
+    return np.maximum(np.repeat(each, counts), EXACT_MM)
 
 
 def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
@@ -377,8 +409,7 @@ def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownSc
 
 def _series(run: Run, prepared: Prepared, sigma: np.ndarray, *, phased: bool) -> Series:
     """The track's rows, and the run's friction, which is the pair's within RUN_SD."""
-    each = np.full(len(run.time), np.inf) if run.few else frame_lag(run.frame)
-    lag = np.append(each, np.inf)
+    lag = np.append(frame_lag(run.frame), np.inf)
     return Series(
         run.recording,
         np.append(run.travel, 0.0),

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchtwin.bench import distributions as stats
-from benchtwin.infer.noise import frame_lag
-from benchtwin.rigs.slide.problem import Prepared, smooth_of
+from benchtwin.rigs.slide.problem import Prepared, stretches
 
 SEEN_P = 1e-4  # over all frequencies
 SLOWEST = 6.0  # waves in a slide; the flexible curve absorbs slower ones
@@ -66,15 +65,15 @@ def vibration(prepared: Prepared) -> Vibration | None:
 def _falls(prepared: Prepared, r: int, hertz: np.ndarray, skip: float = 0.0):
     """Fall of χ² (f,) by a wave of each frequency, its waves (2, f) [mm], their sd
     (f,)."""
-    run = prepared.session.runs[r]
-    slid = slice(run.rest + int(skip * (len(run.time) - run.rest)), None)
-    angle = 2 * np.pi * (run.time[slid] - run.tilt.origin)[:, None] * hertz
-    curves = np.column_stack([smooth_of(run)[:-1], run.lock])[slid]
-    curves, data = curves[:, curves.any(0)], run.travel[slid] - run.travel[slid].mean()
-    rows = np.column_stack([curves, np.cos(angle), np.sin(angle), data])
-    rows = rows / prepared.sigma[r][slid, None]
-    white = prepared.noise.whiten(rows, frame_lag(run.frame[slid]))
-    count = curves.shape[1]
+    run, curve = prepared.session.runs[r], stretches(prepared.session.runs[r])[-1]
+    kept = slice(int(skip * len(curve.data)), None)
+    angle = 2 * np.pi * (run.time[run.rest :] - run.tilt.origin)[:, None] * hertz
+    rows = (
+        np.column_stack([curve.design, np.cos(angle), np.sin(angle), curve.data])
+        / prepared.sigma[r][run.rest :, None]
+    )
+    white = prepared.noise.whiten(rows[kept], curve.lag[kept])
+    count = curve.design.shape[1]
     basis = np.linalg.qr(white[:, :count])[0]
     white = white[:, count:] - basis @ (basis.T @ white[:, count:])
     cosine, sine, data = white[:, : len(hertz)], white[:, len(hertz) : -1], white[:, -1]

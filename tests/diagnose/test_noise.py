@@ -11,10 +11,10 @@ from benchtwin.infer.noise import (
     estimate,
     frame_lag,
     maximum_draws,
+    outliers,
     refined_level_sd,
     whiten,
 )
-from benchtwin.infer.series import smooth_curves
 
 G, FPS, SD = 9.80665, 5200.0, 5e-5
 FALLS = (0.310, 0.100, 0.035, 0.012)  # a fall and three rebounds [m]
@@ -210,6 +210,13 @@ def test_long_correlation_is_found_beside_many_short_stretches():
     assert found.rho > 0.94 and 0.4 * true < found.low_frequency < 2 * true
 
 
+def test_outliers_are_seen():
+    rng = np.random.default_rng(2)
+    series = rng.normal(size=5000)
+    series[100] = 9.0
+    assert list(np.flatnonzero(outliers(series))) == [100]
+
+
 def test_threshold_of_the_maximum_score():
     rng = np.random.default_rng(4)
 
@@ -222,18 +229,6 @@ def test_threshold_of_the_maximum_score():
     assert many == pytest.approx(2.69, abs=0.02)  # Φ⁻¹ of (1 − .05)^(1/7), two-sided
     assert threshold(np.ones((7, 7))) == pytest.approx(1.96, abs=0.02)
     assert threshold(np.eye(7), level_sd=0.2) > many
-
-
-def test_smooth_curves_hold_every_polynomial_of_their_rows():
-    """And are 0 on other rows, and where twice as many rows as curves are not there."""
-    time = np.sort(np.random.default_rng(3).uniform(0, 2, 50))
-    rows = np.arange(5, 40)
-    curves = smooth_curves(time, rows, 51, 6)
-    wanted = (time[rows] - 0.3) ** 6 - 4 * time[rows] ** 3
-    sizes, *_ = np.linalg.lstsq(curves[rows], wanted, rcond=None)
-    np.testing.assert_allclose(curves[rows] @ sizes, wanted, atol=1e-9)
-    assert curves.shape == (51, 7) and not np.delete(curves, rows, axis=0).any()
-    assert not smooth_curves(time, rows[:14], 51, 6).any()
 
 
 def test_smooth_columns_refine_the_noise_power():
