@@ -75,9 +75,9 @@ def check(name: str, size: int, folder: Folder) -> None:
             tr(
                 "{}: {:,.0f} MB; a {} has {:,.0f} MB at most. Cut or scale it down",
                 name,
-                size / 1000000.0,
+                size / 1e6,
                 tr(kind[0]),
-                kind[1] / 1000000.0,
+                kind[1] / 1e6,
             )
         )
     if size > shutil.disk_usage(folder.root).free - SPARE_BYTES:
@@ -85,7 +85,7 @@ def check(name: str, size: int, folder: Folder) -> None:
             tr(
                 "{}: {:,.0f} MB are more than this disk has room for",
                 name,
-                size / 1000000.0,
+                size / 1e6,
             )
         )
 

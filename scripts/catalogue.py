@@ -46,6 +46,7 @@ SHOWN = {  # the same of what stands in the middle of functions
     "page/views/frame.py": ("photos", "frames", "video", "sound"),
     "page/views/recording.py": ("automatic", "corrected", "measured"),
     "page/views/results.py": ("Bench and twin", "What to record next", "Results"),
+    "vision/pile/repose.py": ("left", "right"),
     "page/views/runs.py": ("Measure", "Calibrate", "Calibrate, quick", "Diagnose"),
 }
 LETTER = re.compile(r"(?<!-)\b[^\W\d_]")  # that is none of an option

@@ -173,7 +173,7 @@ def law_of(base: Fit) -> Law:
             least=slowest,
             low=least_drive,
         ),
-        _resisting("travel", tr("at {:g} mm", 1000.0 * far), RISING),
+        _resisting("travel", tr("at {:g} mm", 1e3 * far), RISING),
         replace(_resisting("time", f"after {long:g} s", RISING), low=least_drive),
     ]
     columns = [[by_speed(p, r) for p in POWERS] for r in runs]
@@ -213,9 +213,7 @@ def _resisting(quantity: str, where: str, powers, acts=None) -> Family:
 
 
 def _on_part(low: float, high: float) -> Family:
-    part = tr(
-        "between {:.0f} and {:.0f} mm behind the corner", 1000.0 * low, 1000.0 * high
-    )
+    part = tr("between {:.0f} and {:.0f} mm behind the corner", 1e3 * low, 1e3 * high)
     return Family(
         lambda rises, power: f"{_against(rises)} {part}",
         ("1", tr("of the weight")),

@@ -214,7 +214,7 @@ class Video(FrameSource):
                         "{}: {} is more than {:.0f} megapixels; scale it down",
                         file,
                         size,
-                        MAX_PIXELS / 1000000.0,
+                        MAX_PIXELS / 1e6,
                     )
                 )
             duration = float((stream.duration or 0) * (stream.time_base or 0))

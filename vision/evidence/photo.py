@@ -92,7 +92,7 @@ def _errors_in_words(path: Path) -> Iterator[None]:
             tr(
                 "{}: the picture is larger than {:.0f} megapixels; scale it down",
                 path,
-                MAX_PIXELS / 1000000.0,
+                MAX_PIXELS / 1e6,
             )
         ) from error
     except (
@@ -118,7 +118,7 @@ def _check_size(path: Path, file: Image.Image) -> None:
             path,
             file.width,
             file.height,
-            MAX_PIXELS / 1000000.0,
+            MAX_PIXELS / 1e6,
         ),
     )
 

@@ -228,8 +228,8 @@ def _read_csv(path: Path) -> pd.DataFrame:
         tr(
             "{}: {:.0f} MB; a table has {:.0f} MB at most",
             path,
-            size / 1000000.0,
-            MOST_BYTES / 1000000.0,
+            size / 1e6,
+            MOST_BYTES / 1e6,
         ),
     )
     with path.open("rb") as file:

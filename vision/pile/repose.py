@@ -505,7 +505,7 @@ def _doubts(
     fitted = {s.side for s in found.slopes}
     for flank in heap.flanks:
         if flank.side not in fitted and not flank.at_wall:
-            yield f"{flank.side} side: {tr(flank.problem or NO_LINE)}"
+            yield tr("{} side: {}", tr(flank.side), tr(flank.problem or NO_LINE))
     margin = (1 - LEAST_BESIDE) * width
     for side, toe in zip(("left", "right"), found.toes):
         if toe is not None and not margin < toe < width - 1 - margin:
