@@ -200,14 +200,15 @@ def _held_out(f: Finding) -> str:
         return tr("one recording only: nothing could be held out")
     if not math.isfinite(h.removed_fraction):
         return tr(
-            "each recording predicted from the others: the baseline misses nothing"
-            " beyond noise (× {:.3f})",
+            "each recording predicted from the others: without what was found nothing"
+            " is left but noise; with it residuals are {:.3f} times as large",
             h.rmse_ratio,
         )
     removed = 100 * min(h.removed_fraction, 1.0)
     return tr(
-        "each recording predicted from the others: {:.0f} % of what the baseline misses"
-        " is removed (residuals, noise included, × {:.3f})",
+        "each recording predicted from the others: what was found explains {:.0f} % of"
+        " what is left beyond noise without it; with it residuals, noise included, are"
+        " {:.3f} times as large",
         removed,
         h.rmse_ratio,
     )

@@ -182,7 +182,7 @@ def test_the_verdicts_stand_first(page):
         ),
         "0.5000 (0.4900 to 0.5100)",
         "3.1 of its sds",
-        "96 % of what the baseline misses",
+        "explains 96 % of what is left beyond noise without it",
         "A note.",
         (
             "Restitution rises with pressure_kpa, levelling off: 0.4000 at 20 to 0.6000"
