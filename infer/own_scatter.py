@@ -1,9 +1,10 @@
 """How much recordings differ within themselves: the size of what each has of its own
 beside a common law, and which of them are odd.
 
-Rows of recording r: b = A θ + D u + ε, u ~ N(0, λ²σ²) its own, λ = 1, of an odd
-recording ODD. Restricted maximum likelihood takes everything common, effects included,
-as free, so that what all recordings have alike does not count as scatter:
+Rows of recording r: b = A θ + D u + ε, u ~ N(0, λ²σ²) its own, λ = 1, of an odd one
+that of ODD under which it is likelier. Restricted maximum likelihood takes everything
+common, effects included, as free, so that what all recordings have alike does not
+count as scatter:
 
     ln L(σ, λ) = −½ Σ ln det V_r − ½ ln det Σ AᵀV⁻¹A − ½ Σ bᵀP b,   V = I + λ²σ² D Dᵀ
 
@@ -20,26 +21,22 @@ SIZES = np.geomspace(0.03, 60.0, 22)  # times the usual one
 DOUBT = 1.5  # sd of ln of a usual size
 TURNS = 2  # in which each kind is estimated beside the others
 SHOWN = 1.92  # rise of ln L at the end of a 95 % interval that holds 0
-ODD = 10.0  # times the size of the others' own
+# times the size of the others' own: one that is far off must not make all others wide
+ODD = (10.0, 100.0)
 NOT_TOLD = 1e-9  # of the information on a column, below which it is not told
 
 
 @dataclass(frozen=True, eq=False)
 class OwnScatter:
-    """sd (K,): root of the mean square of what recordings have of their own; odd (R,):
-    whether a recording has ODD times as much; shown: whether the recordings show any
-    (ln L rises by SHOWN or more), else its size is what was believed before; beyond:
-    rise of ln L above that of any size up to what recordings differ by at most."""
+    """sd (K,): root of the mean square of what recordings have of their own; times
+    (R,): λ; shown: whether the recordings show any (ln L rises by SHOWN or more), else
+    its size is what was believed before; beyond: rise of ln L above that of any size up
+    to what recordings differ by at most."""
 
     sd: np.ndarray
-    odd: np.ndarray
+    times: np.ndarray
     shown: bool
     beyond: float
-
-    @property
-    def times(self) -> np.ndarray:
-        """λ (R,)."""
-        return _times(self.odd)
 
 
 def own_scatter(
@@ -62,35 +59,32 @@ def own_scatter(
         for r in reduced
     ]
     usual = usual * np.ones(parts[0][1].shape[1])
-    odd = np.zeros(len(parts), dtype=bool)
-    sd, ln, shown, beyond = _sizes(parts, usual, always, odd, most)
+    times = np.ones(len(parts))
+    sd, ln, shown, beyond = _sizes(parts, usual, always, times, most)
     others = np.eye(len(parts), dtype=bool)
-    while odd_share and not odd.all():
-        less = sd / np.sqrt(ODD)  # an odd one has raised the size of all
-        alike = [_ln_likelihood(less, parts, _times(odd | one)) for one in others]
-        one = odd | others[int(np.argmax(np.where(odd, -np.inf, alike)))]
+    while odd_share and (times == 1).any():
+        tried = [np.where(one, odd, times) for one in others[times == 1] for odd in ODD]
+        # an odd one has raised the size of all
+        alike = [_ln_likelihood(sd / np.sqrt(t.max()), parts, t) for t in tried]
+        one = tried[int(np.argmax(alike))]
         again, higher, seen, more = _sizes(parts, usual, always, one, most)
-        if higher + np.log(odd_share / (1 - odd_share)) <= ln:
+        if higher + np.log(odd_share / len(ODD) / (1 - odd_share)) <= ln:
             break
-        sd, ln, shown, beyond, odd = again, higher, seen, more, one
-    return OwnScatter(sd, odd, shown, beyond)
-
-
-def _times(odd: np.ndarray) -> np.ndarray:
-    return np.where(odd, ODD, 1.0)
+        sd, ln, shown, beyond, times = again, higher, seen, more, one
+    return OwnScatter(sd, times, shown, beyond)
 
 
 def _sizes(
     parts: list[tuple[np.ndarray, np.ndarray]],
     usual: np.ndarray,
     always: np.ndarray | bool,
-    odd: np.ndarray,
+    times: np.ndarray,
     most: float,
 ) -> tuple[np.ndarray, float, bool, float]:
     """σ (K,), ln L averaged over the sizes of the last kind, whether any is shown, and
     by how much ln L is higher beyond `most` than within; parts: of each recording,
     common columns and data (n, C + 1) and its own (n, K)."""
-    found, times = np.zeros(len(usual)), _times(odd)
+    found = np.zeros(len(usual))
     shown, beyond = False, 0.0
     for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
         tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind

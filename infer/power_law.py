@@ -283,7 +283,8 @@ def _range(powers: np.ndarray, falls: np.ndarray) -> tuple[float, float, float]:
     """The best power, and the ends of those with χ² within WITHIN_CHI2 of it; ∓inf
     where χ² does not rise enough. A parabola through the best three, else linear."""
     # includes the best power itself
-    fine = np.union1d(np.arange(powers[0], powers[-1], FINEST), powers)
+    steps = np.arange(powers[0], powers[-1], FINEST).round(9)  # 0 is among them
+    fine = np.union1d(steps, powers)
     smooth, at = np.interp(fine, powers, falls), int(np.argmax(falls))
     if 0 < at < len(powers) - 1:
         three = slice(at - 1, at + 2)

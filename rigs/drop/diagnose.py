@@ -19,7 +19,6 @@ from benchtwin.infer.explanation import (
 )
 from benchtwin.infer.finding import Curve, Finding
 from benchtwin.infer.inference import finding_of
-from benchtwin.infer.own_scatter import ODD
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, Problem, fit, ln_evidence
 from benchtwin.infer.task import DiagnosisTask
@@ -190,21 +189,18 @@ def remarks(fit: Fit) -> tuple[str, ...]:
     if not any(model.own_shown for model in models):
         return heights_in_words(fit)
     said, own = [own_forces_in_words(models)], _own_force(models)
-    odd = [
-        name
-        for model in models
-        for name, force in zip(model.session.names, model.own_force, strict=True)
-        if force > own
-    ]
-    if odd:
-        said.append(
-            tr(
-                "{}: something of its own pushes it much harder than the other flights"
-                " (taken as {:g} times as hard), so that it counts little",
-                ", ".join(odd),
-                ODD,
-            )
-        )
+    for model in models:
+        for name, force in zip(model.session.names, model.own_force, strict=True):
+            if force > own:
+                said.append(
+                    tr(
+                        "{}: something of its own pushes it much harder than the other"
+                        " flights (taken as {:.0f} times as hard), so that it counts"
+                        " little",
+                        name,
+                        force / own,
+                    )
+                )
     return (*said, *heights_in_words(fit))
 
 
