@@ -92,29 +92,27 @@ def prepared_drops(
     fitted with nothing missing; notes."""
     stated = all(t.description["camera"].get("distance_mm") for t in tracks)
     sessions, notes = prepare_sessions(tracks, np.inf if stated else FARTHEST_M)
+    if not stated:
+        sessions = tuple(map(with_distance, sessions))
     flights = fit_flights(sessions)
-    for more in (with_own_forces,) if stated else (with_distance, with_own_forces):
-        found = more(sessions, flights)
-        if found is not sessions:
-            sessions, flights = found, fit_flights(found, flights)
-    return sessions, flights, notes
+    found = with_own_forces(sessions, flights)
+    return found, fit_flights(found, flights), notes
 
 
-def with_distance(
-    sessions: tuple[PreparedSession, ...], flights: Fit
-) -> tuple[PreparedSession, ...]:
-    """The same sessions at the distance at which motion towards the camera is as
-    visible as these recordings show it, effects being free: the root of the mean square
-    of 1/distance, log-uniform beforehand; flights: as fitted at FARTHEST_M."""
+def with_distance(session: PreparedSession) -> PreparedSession:
+    """The same session at the distance at which motion towards the camera is as visible
+    as these recordings show it, effects being free: the root of the mean square of
+    1/distance, log-uniform beforehand."""
     ln: list[float] = []
+    flights = None
     for away in DISTANCES_M:  # from far to near, until one is too near
-        moved = tuple(_at_distance(s, away) for s in sessions)
-        ln.append(_ln_restricted(joint_flights(moved), flights))
+        flights = fit_flights((_at_distance(session, away),), flights)
+        ln.append(_ln_restricted(flights))
         if ln[-1] < max(ln) - TOO_NEAR:
             break
     weight = np.exp(np.array(ln) - max(ln))
     away = float((weight @ DISTANCES_M[: len(ln)] ** -2 / weight.sum()) ** -0.5)
-    return tuple(_at_distance(s, away) for s in sessions)
+    return _at_distance(session, away)
 
 
 def _at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
@@ -127,10 +125,9 @@ def _at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
     return replace(prepared, problem=problem_of(moved, prepared.noise))
 
 
-def _ln_restricted(problem: Problem, near: Fit) -> float:
-    """ln of the likelihood, locals and globals integrated out, linearised at `near`."""
-    reduced = problem.reduce(near.starts, near.values)[0]
-    wide = _wide_sds(near)
+def _ln_restricted(at: Fit) -> float:
+    """ln of the likelihood, locals and globals integrated out, linearised at a fit."""
+    reduced, wide = at.reduced, _wide_sds(at)
     left = ridge(*stacked(reduced), wide)
     kept = wide > 0
     scaled = left[1][np.ix_(kept, kept)] / np.outer(wide[kept], wide[kept])
