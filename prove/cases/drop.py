@@ -51,6 +51,7 @@ HEIGHTS_MM = (
     (200.0,),
     (310.0,),
 )
+WIDE = 16 / 9  # a picture's width over its height
 ORIGIN_MM = (40.0, 12.0)  # where the plate lies: the picture's corner is the origin
 MIDDLE_M_S = 1.2  # restitution laws agree with the constant one here
 STRENGTHS = {  # of a law: field of a world, the most that is believable
@@ -293,7 +294,8 @@ def camera_of(world: Any) -> Camera:
 
 @lru_cache(maxsize=64)
 def simulate(world: Any) -> Path:
-    """The seed's way from before its release to its last bounce in view."""
+    """The seed's way from before its release to its last bounce, or out of the
+    picture."""
     world = with_strengths(world)
     state = np.zeros(13)
     state[3:5], state[6:10], state[10:13] = world.push, world.turned, world.spin
@@ -306,7 +308,13 @@ def simulate(world: Any) -> Path:
     true = true_times(camera_of(world), stated) - world.held_s  # released at zero
     flown, log = body.fly(state, np.r_[0.0, true[true >= 0]], world)
     rows = np.vstack([np.tile(state, ((true < 0).sum(), 1)), flown[1:]])
-    return Path(stated[: len(rows)], true[: len(rows)], rows, log, world)
+    count = len(rows)
+    whole = Path(stated[:count], true[:count], rows, log, world)
+    seen = np.abs(places(whole, camera_of(world)))
+    edge = world.camera.half_mm * np.array([[WIDE], [1.0]])
+    count = int(np.argmax(np.append((seen > edge).any(axis=0), True)))
+    log = log[log["end_s"] < true[count - 1]]
+    return Path(stated[:count], true[:count], rows[:count], log, world)
 
 
 def places(path: Path, camera: Camera) -> np.ndarray:

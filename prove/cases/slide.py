@@ -49,6 +49,7 @@ from benchtwin.prove.cases.stated import (
 STEP_S, FINEST_STEP_S = 2e-4, 1e-9
 JOG = 0.2  # of a stair's time is spent climbing it
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
+RATE_SD = 0.01  # of a plate's rate of tilting about the stated one, relative
 # of a tilt that nobody recorded, at the film's first moment
 START_SD_DEG = 0.2
 UNSTATED_START_SD_DEG = 10.0
@@ -81,6 +82,7 @@ class Slide(NamedTuple):
 
     mu: float  # at rest
     rate_deg_s: float
+    stated_deg_s: float  # the same as it is stated
     start_deg: float  # the tilt at the film's first moment
     seeds: int  # in the block
     hinge_m: float
@@ -227,7 +229,8 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
             "hinge_m": round(float(rng.uniform(0.12, 0.25)), 3),
             "noise_seed": int(rng.integers(2**62)),
         }
-        runs.append(run | {"rate_deg_s": rate, "seeds": loads[i // 2 % len(loads)]})
+        run["rate_deg_s"] = rate * (1 + float(rng.normal(0, RATE_SD)))
+        runs.append(run | {"stated_deg_s": rate, "seeds": loads[i // 2 % len(loads)]})
     noise = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
     slow = request.separated is False
     stribeck_m_s = rng.uniform(0.004, 0.01) if slow else rng.uniform(0.08, 0.16)
@@ -264,17 +267,18 @@ def visibility(scene: Scene, name: str) -> Visibility:
     if scene.worlds[0].readings:
         return _visible_in_readings(scene)
     stated = scene.request.known
-    if "track.tilt_deg" in scene.request.absent:
-        tilt_sd = stated("slide.start_deg", START_SD_DEG, UNSTATED_START_SD_DEG)
-    else:
+    rate_sd = stated("slide.tilt_rate_deg_s", RATE_SD, np.inf)
+    if recorded := "track.tilt_deg" not in scene.request.absent:
         tilt_sd = max(scene.worlds[0].column_grid_deg / 8, 1e-4)
+    else:
+        tilt_sd = stated("slide.start_deg", START_SD_DEG, UNSTATED_START_SD_DEG)
     own = {"offset": np.inf, "mu": RUN_SD, "start_deg": tilt_sd}
     shared = {
         "mu": np.inf,
         "start_deg": TILT_SD_DEG,
         "scale": known_scale(scene.request, scene.scale_sd),
     }
-    steps = {"mu": 1e-6, "start_deg": 1e-4}
+    steps = {"mu": 1e-6, "start_deg": 1e-4, "rate_deg_s": 1e-5}
     if scene.worlds[0].air > 0:
         shared["air"] = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
         shared["shade"] = SHADE_SD
@@ -289,7 +293,11 @@ def visibility(scene: Scene, name: str) -> Visibility:
         columns = slopes(rows, here, steps)
         change = rows(here) - rows(near) + (near.mu - bare.mu) * columns["mu"]
         columns |= {"offset": np.ones_like(change), "scale": rows(here)}
-        changes.append(Change(change, columns, own, shared))
+        rate = rate_sd * here.rate_deg_s
+        if recorded:  # a straight line through it tells level and rate, in the middle
+            rate = min(rate, math.sqrt(12) * tilt_sd / t[-1])
+            columns["rate_deg_s"] -= columns["start_deg"] * t[-1] / 2
+        changes.append(Change(change, columns, own | {"rate_deg_s": rate}, shared))
     fit = fitted(changes, scene.noise)
     # at which value of a condition friction is to be compared nobody says
     comparable = name not in ("follows", "order_drift")
@@ -340,7 +348,7 @@ def overshoot_deg(world: Any) -> float:
 def record(scene: Scene, world: Any, name: str) -> Recording:
     """What is filmed, or read, of one slide."""
     rng = np.random.default_rng(world.noise_seed)
-    slide = {"tilt_rate_deg_s": world.rate_deg_s, "travel_mm": int(world.travel_mm)}
+    slide = {"tilt_rate_deg_s": world.stated_deg_s, "travel_mm": int(world.travel_mm)}
     toml = {"session": "day-1", "seed": {"count": world.seeds}, "slide": slide}
     if world.readings:
         toml["reading"] = {"resolution_deg": world.reading_grid_deg}
@@ -388,7 +396,7 @@ CASES = Cases(
     draw=draw,
     visibility=visibility,
     record=record,
-    design=("rate_deg_s", "seeds"),
+    design=("stated_deg_s", "seeds"),
     follows="static_friction",
     singles=(
         "kinetic-friction",
