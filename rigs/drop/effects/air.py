@@ -79,6 +79,7 @@ EFFECTS = (
         source="drag with v − u; ventilated rooms have 0.1 to 0.5 m/s (ISO 7730)",
         wording=("a draught is missing", "m/s along x"),
         acceleration=draught_acceleration,
+        nonlinear=True,  # faster than the seed it blows as its square
         separating="a plumb line in the picture; a drop behind a screen",
         counterpart=Counterpart(
             "the air moves at {value} m/s along x",
