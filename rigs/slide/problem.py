@@ -58,8 +58,9 @@ RUN_SD = unstated_sd("friction-scatter")
 KINDS = (1, WAVES, len(SETTLES_S) - 2)
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve about which noise is estimated
-# of runs of few rows: degree of the curve; sd where it cannot be estimated
-FEW_DEGREE = 2
+# of runs of few rows: degree of the curve, on a plate that stands and on one that tilts
+# (the pull grows with time); sd where it cannot be estimated
+FEW_DEGREES = (2, 3)
 FEW_SD_MM = 0.5
 EXACT_MM = 1e-4  # floor for simulated tracks
 # flat, each run's own: place, onset, speed, friction; the plate's angle, a phase; lock
@@ -190,7 +191,7 @@ def _smooth(run: Run, end: int) -> tuple[float, int]:
 
 
 def _pooled(runs: list[Run]) -> float:
-    """σ [mm] of rows of all short runs, about a parabola each."""
+    """σ [mm] of rows of all short runs, about a curve each."""
     found = [
         part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in stretches(run)
     ]
@@ -213,7 +214,8 @@ def stretches(run: Run) -> list[Stretch]:
         if not len(t):  # light gates see no rest
             continue
         t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
-        degree = min(degree, FEW_DEGREE if run.few else max(len(t) // 6, 0))
+        few = FEW_DEGREES[not run.in_motion]
+        degree = min(degree, few if run.few else max(len(t) // 6, 0))
         design = legendre.legvander(t, degree)
         crossed = float(np.ptp(run.travel[part])) > DEGREE * float(
             np.hypot(*run.lock[0])

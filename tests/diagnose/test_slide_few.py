@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from test_slide_few_rows import way
 
+from benchtwin.rigs.slide import problem
 from benchtwin.rigs.slide.diagnose import diagnose_slide
 from benchtwin.rigs.slide.read import read_slides
 from benchtwin.rigs.slide.session import assemble
@@ -13,7 +14,9 @@ GATES = np.array([20.0, 80, 160, 260, 400])
 RATE, START = 3.0, 10.0
 
 
-def bench(folder, rng, rate: float, start: str = f"start_deg = {START}\n") -> None:
+def bench(
+    folder, rng, rate: float, start: str = f"start_deg = {START}\n", loss: float = 0.0
+) -> None:
     folder.mkdir()
     camera = "[camera]\nmm_per_px = 1.0\nmm_per_px_sd = 0.001\n"
     plate = f"[slide]\n{start}" + (f"tilt_rate_deg_s = {rate}\n" if rate else "")
@@ -23,7 +26,7 @@ def bench(folder, rng, rate: float, start: str = f"start_deg = {START}\n") -> No
     for k in range(10):
         angle = np.degrees(np.arctan(0.35 + 0.002 * rng.standard_normal()))
         onset = (angle - START) / RATE
-        t, x = way(angle, RATE, float(np.tan(np.radians(angle))))
+        t, x = way(angle, RATE, float(np.tan(np.radians(angle))) - loss)
         time = (
             onset
             + np.interp(GATES / 1000, x, t)
@@ -42,6 +45,18 @@ def test_slides_past_gates_are_diagnosed(tmp_path, seed):
     bench(tmp_path / "a", np.random.default_rng(seed), RATE)
     found = diagnose_slide(read_slides(tmp_path / "a"), np.random.default_rng(0))
     assert len(found.recordings) == 10 and not found.alarm
+
+
+@pytest.mark.parametrize("degree", [3, 2])
+def test_friction_lost_at_the_onset_is_seen_past_gates(tmp_path, monkeypatch, degree):
+    """.01 of .35, which .1 ms at gates see well; as a control, with noise that is
+    estimated about parabolas, as if the pull did not grow while the plate tilts."""
+    monkeypatch.setattr(problem, "FEW_DEGREES", (2, degree))
+    bench(tmp_path / "a", np.random.default_rng(1), RATE, loss=0.01)
+    found = diagnose_slide(read_slides(tmp_path / "a"), np.random.default_rng(0))
+    assert found.alarm == (degree == 3)
+    if found.alarm:
+        assert "kinetic-friction" in found.names
 
 
 def test_a_plate_that_stands_is_told_from_one_of_unknown_angle(tmp_path):
