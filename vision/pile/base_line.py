@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchtwin.bench.language import tr
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import NARROWED, require
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
@@ -241,7 +242,9 @@ def _foot(
         return None
     left, right = x[[0, -1]]
     middle, half_way = (left + right) / 2, (top + bottom) / 2
-    tilt = np.tan(np.radians(camera.plumb_deg or 0.0)), np.radians(camera.plumb_sd)
+    # a plate need not be level where the camera is
+    tilt_sd = np.radians(max(camera.plumb_sd, unstated_sd("plumb")))
+    tilt = np.tan(np.radians(camera.plumb_deg or 0.0)), tilt_sd
     fits = [
         _fit_edge(x, half_way, 2.0, middle, False, tilt, least),
         _fit_edge(x, bottom, 1.0, middle, False, tilt, least),

@@ -193,6 +193,24 @@ def test_a_line_that_contradicts_the_plumb_is_no_base_line():
     assert abs(q.quantities[0].value - 30.0) <= max(3 * q.quantities[0].sd, 1.0)
 
 
+@pytest.mark.parametrize("turn_deg", [-3.5, 3.5])
+def test_the_foot_of_a_heap_on_a_plate_that_leans_is_found(turn_deg):
+    """To .5°, of seeds whose foot is seen; by the stated plumb it is no level plate,
+    which is said."""
+    picture = heap_of_seeds("plain", 30.0, seed=7)
+    height, width = picture.shape[:2]
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), -turn_deg, 1.0)
+    turned = cv2.warpAffine(
+        picture, turn, (width, height), borderMode=cv2.BORDER_REPLICATE
+    )
+    found = angle(turned, Camera(plumb_deg=0.0, plumb_sd_deg=0.05))
+    assert np.degrees(np.arctan(found.base.slope)) == pytest.approx(turn_deg, abs=0.5)
+    assert found.base.source != "toe"
+    q = found.quantities[0]
+    assert q.quality == DOUBTFUL and "off level" in q.reason
+    assert abs(q.value - 30.0) <= max(3 * q.sd, 1.0)
+
+
 def test_a_wall_that_the_heap_leans_on_does_not_cost_the_sharper_reading():
     """A box wall taller than the heap: the reading off the smooth background, which
     knows where the wall stands, is kept."""
