@@ -128,7 +128,7 @@ class _Search:
             }
             parents: dict[tuple[str, ...], tuple[str, ...]] = {}
             for names in self.priors[k]:
-                listed = tuple(n for n in names if self.kind(k, n) is not Kind.UNLISTED)
+                listed = self.listed(k, names)
                 if listed not in parents:
                     if listed in here:
                         able = [listed]
@@ -175,6 +175,10 @@ class _Search:
     def kind(self, k: int, name: str) -> Kind:
         return self.tables[k][()].table.components[name].kind
 
+    def listed(self, k: int, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Those that are listed, which can be fitted in full."""
+        return tuple(n for n in names if self.kind(k, n) is not Kind.UNLISTED)
+
     def next_fit(self) -> tuple[int, tuple[str, ...]] | None:
         """The alternative and set to fit next; None where every set with weight is
         fitted."""
@@ -186,26 +190,24 @@ class _Search:
         nothing = sum(np.exp(weights[k, ()][0] - total) for k in plain)
         if nothing > NOTHING_CERTAIN:
             return None
-        listed = {
-            key: w
-            for key, (w, _) in weights.items()
-            if all(self.kind(key[0], n) is not Kind.UNLISTED for n in key[1])
-        }
-        total = np.logaddexp.reduce(list(listed.values()))
+        listed = {key: self.listed(*key) for key in weights}
+        of_listed = np.logaddexp.reduce(
+            [w for key, (w, _) in weights.items() if listed[key] == key[1]]
+        )
         singles = self._single_effects_to_fit() if nothing < NOTHING_DOUBTFUL else {}
         if singles:
             return max(singles, key=lambda key: singles[key])
         wanted: dict[tuple[int, tuple[str, ...]], float] = {}
-        for (k, names), weight in listed.items():
-            share = float(np.exp(weight - total))
-            if share >= FIT_WEIGHT and names not in self.tables[k]:
-                wanted[k, names] = share
-            elif (
-                share >= FIT_WEIGHT and names
-            ):  # it is compared with its subsets, fitted as well
+        for (k, names), (weight, _) in weights.items():
+            fitted = listed[k, names]
+            share = float(np.exp(weight - (of_listed if fitted == names else total)))
+            if share >= FIT_WEIGHT and fitted not in self.tables[k]:
+                wanted[k, fitted] = share
+            elif share >= FIT_WEIGHT and fitted:
+                # it is compared with its subsets, fitted as well
                 wanted |= {
                     (k, part): 1.0
-                    for part in combinations(names, len(names) - 1)
+                    for part in combinations(fitted, len(fitted) - 1)
                     if part not in self.tables[k]
                 }
         return max(wanted, key=lambda key: wanted[key], default=None)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from benchtwin.infer.conditions import (
     condition,
     conditions_of,
 )
-from benchtwin.infer.effect import separating_recordings
+from benchtwin.infer.effect import Effect, separating_recordings
 from benchtwin.infer.evidence import SCATTER_SIZES
 from benchtwin.infer.explanation import (
     Alternative,
@@ -106,52 +107,40 @@ def alternatives(
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not lets_go(session) or any(run.from_hinge for run in session.runs)
-    problem = _scattering(prepared, model)
-    out = [Alternative(problem, 1.0 if known else ROTATING_PLATE_ODDS)]
+    found: list[tuple[Model, dict[str, Any]]] = [
+        (model, {"odds": 1.0 if known else ROTATING_PLATE_ODDS})
+    ]
     if not known:
-        fixed = _scattering(prepared, replace(model, turning=0.0))
-        out.append(Alternative(fixed, FIXED_PLATE_ODDS, tr(FIXED_PLATE_NOTE)))
+        about: dict[str, Any] = {"odds": FIXED_PLATE_ODDS, "note": tr(FIXED_PLATE_NOTE)}
+        found.append((replace(model, turning=0.0), about))
     for height in stairs_of(session):
-        stepped = _scattering(prepared, replace(model, stair_deg=height))
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}
-        effects = (STEPPED.name,)
-        out.append(
-            Alternative(
-                stepped, LISTED_ODDS, effects=effects, sector=STEPPED.sector, sizes=size
-            )
-        )
+        found.append((replace(model, stair_deg=height), _named(STEPPED, size)))
     if heard:
         size = {SHAKEN.name: (SHAKEN.unit, heard.amplitude, heard.sd)}
         others = {
             n: e for n, e in model.effects.items() if SHAKEN.name not in (n, e.group)
         }
-        shaken = _scattering(
-            prepared,
-            replace(model, effects=others, shaking=(heard.amplitude, heard.hertz)),
-        )
-        out.append(
-            Alternative(
-                shaken,
-                LISTED_ODDS,
-                effects=(SHAKEN.name,),
-                sector=SHAKEN.sector,
-                sizes=size,
-                ln_likelihood=ln_bayes_bound(heard.p),
-                p=heard.p,
-            )
-        )
+        shaken = replace(model, effects=others, shaking=(heard.amplitude, heard.hertz))
+        told = {"ln_likelihood": ln_bayes_bound(heard.p), "p": heard.p}
+        found.append((shaken, _named(SHAKEN, size) | told))
     odd = session.reads and max(r.grid_deg for r in session.reads) not in (
         *STEPS,
         FINEST_DEG,
     )
-    return tuple(
-        replace(
-            a,
-            odds=a.odds
-            * (UNUSUAL_GRID_ODDS if odd and STEPPED.name not in a.effects else 1.0),
-        )
-        for a in out
-    )
+    out = []
+    for own, about in found:
+        problems = _scattering(prepared, own)
+        usual = not odd or own.stair_deg
+        odds = about["odds"] * (1.0 if usual else UNUSUAL_GRID_ODDS) / len(problems)
+        out += [Alternative(p, **about | {"odds": odds}) for p in problems]
+    return tuple(out)
+
+
+def _named(effect: Effect, sizes: dict) -> dict[str, Any]:
+    """Of a baseline that stands for an effect."""
+    about = {"effects": (effect.name,), "sector": effect.sector, "sizes": sizes}
+    return {"odds": LISTED_ODDS} | about
 
 
 def stairs_of(session: Session) -> tuple[float, ...]:
@@ -167,20 +156,19 @@ def stairs_of(session: Session) -> tuple[float, ...]:
     )
 
 
-def _scattering(prepared: Prepared, model: Model) -> Problem:
-    """With the scatter of friction along each slide that the model leaves, where that
-    is likelier than none: beside the scatter that another leaves, what it gets right
-    would be nothing."""
+def _scattering(prepared: Prepared, model: Model) -> tuple[Problem, ...]:
+    """Without scatter of friction along each slide, and before it with that which the
+    model leaves, where that is likelier: beside the scatter that another leaves, what
+    it gets right would be nothing, and an effect that is missing may be all of it."""
     problem = with_starts(prepared, model)
-    if not prepared.session.runs:
-        return problem
-    scattered = with_scatter(prepared, problem)
+    scattered = with_scatter(prepared, problem) if prepared.session.runs else prepared
     if scattered is prepared:
-        return problem
+        return (problem,)
     other = with_starts(scattered, model)
     if not lets_go(prepared.session):  # what slides to rest always differs along it
-        return other
-    return max(other, problem, key=lambda p: ln_evidence(fit(p)))
+        return (other,)
+    likelier = ln_evidence(fit(other)) > ln_evidence(fit(problem))
+    return (other, problem) if likelier else (problem,)
 
 
 def contact_of(session: Session) -> Contact:

@@ -49,6 +49,26 @@ def test_slow_noise_is_estimated_from_the_rest():
         assert abs(math.log(power / true)) < 3 * told.noise.log_level_sd
 
 
+def test_what_an_effect_makes_of_friction_is_weighed_without_scatter_too():
+    """A pull and viscous friction that are missing look like friction that scatters
+    along each slide: the effects are asked about beside it and without it."""
+    missing = replace(
+        LIGHT,
+        pull=3e-3,
+        friction=lambda v, x: 0.006 * v,
+        rates=(1.0, 5.0),
+        counts=(2, 8),
+        fps=240.0,
+        noise_mm=0.02,
+        lost=0.0,
+    )
+    seen = slides(missing, 6, np.random.default_rng(1))
+    found = alternatives(prepare(assemble(seen)), None)
+    runs = [a.problem.model.session.runs for a in found]
+    assert [any(run.wander.size for run in own) for own in runs] == [True, False]
+    assert sum(a.odds for a in found) == 1.0
+
+
 def fades(v, x):
     return 0.03 * math.exp(-v / 0.05)
 
