@@ -74,9 +74,13 @@ def _by_track(scene: Scene, name: str) -> Visibility:
         camera, session = camera_of(world), f" in session {world.session}"
         moved = slopes(partial(places, path), camera, known)
         columns |= {key + session: column for key, column in moved.items()}
+        shared = {key + session: sd for key, sd in known.items()} | {"air": drag_sd}
+        if scene.request.rendered:  # nobody says how long the shutter reads a frame
+            late = 0.5 - places(path, camera)[1] / (2 * camera.half_mm)
+            columns["readout" + session] = 1e3 * path.rows[:, [3, 5]].T * late
+            shared["readout" + session] = 1 / world.fps / np.sqrt(12)
         calm = world._replace(drag=0.0)
         columns["air"] = pushed(path, calm, calm._replace(air=0.0))
-        shared = {key + session: sd for key, sd in known.items()} | {"air": drag_sd}
         without = world._replace(**{name: 0.0})
         # the frames stay where they are in truth; what the clock says of them moves
         late = stated_times(camera, path.true_s)

@@ -5,6 +5,7 @@ Rows have measuring errors and the bounces' own scatter (variance_components.py)
 grows with elongation. The mean effect of shape is a nuisance: a seed dropped flat
 bounces differently at first."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -409,16 +410,22 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
 
 
 def reduce(
-    model: ImpactModel, at: dict[str, float], extra: np.ndarray | None = None
+    model: ImpactModel,
+    at: dict[str, float],
+    extra: np.ndarray | None = None,
+    felt: Sequence[tuple[float, np.ndarray]] = (),
 ) -> tuple[Reduced, ...]:
-    """Each recording's rows, linearised; extra (K, m): further columns."""
+    """Each recording's rows, linearised; felt: values and columns (m,) of globals of
+    the flights, behind the own ones; extra (K, m): further columns."""
     seen, columns = predict(model, at), []
     for name, value in at.items():
         usual = IN_IMPACTS[name].prior_sd if name in IN_IMPACTS else 1.0
         step = 1e-3 * NUISANCES.get(name, usual)
         columns.append((predict(model, at | {name: value + step}) - seen) / step)
+    columns += [column for _, column in felt]
     a = np.column_stack([*columns, *([] if extra is None else extra)])
-    b = model.y - seen + a[:, : len(at)] @ np.array([*at.values()])
+    b = model.y - seen
+    b += a[:, : len(columns)] @ np.array([*at.values(), *(value for value, _ in felt)])
     return tuple(
         Reduced(root @ a[own], root @ model.smooth[own], root @ b[own])
         for own, root in model.blocks

@@ -31,7 +31,7 @@ from benchtwin.rigs.drop.impacts import (
     usable_rows,
     with_speeds,
 )
-from benchtwin.rigs.drop.nuisances import APPROACH
+from benchtwin.rigs.drop.nuisances import APPROACH, READOUT
 from benchtwin.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from benchtwin.rigs.drop.second_contacts import without_second_contacts
 from benchtwin.rigs.drop.session import Session, assemble, block_of
@@ -44,6 +44,7 @@ ODD_FLIGHTS = 0.03  # share of recordings that are pushed otherwise than the oth
 # m/s², of a force on each flight of its own, which is a finding and no scatter: a
 # thirtieth of the weight, beside .05 to .15 (at most .3) in real tosses
 MOST_OWN = 0.3
+READOUT_STEP_S = 1e-5  # for derivatives
 TOLD = 3  # flights of each recording that tell forces: a force shows by length squared
 
 
@@ -427,13 +428,6 @@ def _reduced(
         for name, made in zip(part.model.session.flown, flights, strict=True):
             put(name, made, joint.spots[k], count)
         back.append((joint.spots[k], change))
-    if joint.impacts is not None:
-        assert joint.own_spot is not None
-        model = joint.impacts_at(starts, values)
-        at = dict(zip(joint.own_names, values[joint.own_spot], strict=True))
-        hits = impact_problem.reduce(model, at, struck)
-        for name, made in zip(model.impacts.names, hits, strict=True):
-            put(name, made, joint.own_spot, count + more)
 
     def changed(theta: np.ndarray) -> np.ndarray:
         theta = theta if theta.ndim == 1 else theta[0]
@@ -441,7 +435,34 @@ def _reduced(
             [np.zeros((0, STARTS)), *(change(theta[spot]) for spot, change in back)]
         )
 
+    if joint.impacts is not None:
+        assert joint.own_spot is not None
+        model = joint.impacts_at(starts, values)
+        at = dict(zip(joint.own_names, values[joint.own_spot], strict=True))
+        felt, slopes_of_y = _felt(joint, starts, values, changed, model)
+        told = list(zip(values[felt], slopes_of_y, strict=True))
+        hits = impact_problem.reduce(model, at, struck, told)
+        for name, made in zip(model.impacts.names, hits, strict=True):
+            put(name, made, np.append(joint.own_spot, felt), count + more)
     return tuple(map(_as_one, rows.values())), changed
+
+
+def _felt(
+    joint: JointModel, starts: np.ndarray, values: np.ndarray, changed, model
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Globals of flights (g,) with which the speeds at all impacts change together, the
+    starts at their best, and what they take from the impacts' residuals (g, m)."""
+    spots = [
+        spot[part.names.index(READOUT)]
+        for part, spot in zip(joint.parts, joint.spots, strict=True)
+        if part.known_sd.get(READOUT)
+    ]
+    out, still = [], changed(np.zeros(len(values)))
+    for spot in spots:
+        step = READOUT_STEP_S * np.eye(len(values))[spot]
+        there = joint.impacts_at(starts + changed(step) - still, values + step)
+        out.append((model.y - there.y) / READOUT_STEP_S)
+    return np.array(spots, dtype=int), out
 
 
 def _as_one(parts: list[Reduced]) -> Reduced:

@@ -101,6 +101,7 @@ class Rebound:
     track: Track
     notes: tuple[str, ...] = ()
     curves: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...] = ()
+    readout_s: float = 0.0  # of a rolling shutter, with which it was measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +109,8 @@ class Evidence:
     """A recording as it is fitted. track: without outliers; unit, clock: of its lengths
     [m] and times [s], where they are not believed a first guess; believed: whether
     scale and frame rate are stated and gravity does not contradict them; axis: where
-    the optical axis passes, in the track's unit, or None; late (n,): share of the
-    readout after which each row was read, or None, and the readout's sd [s]."""
+    the optical axis passes, in the track's unit, or None; readout_sd [s]: of a rolling
+    shutter's readout."""
 
     recording: Recording
     track: Track
@@ -118,7 +119,6 @@ class Evidence:
     clock: float
     believed: bool
     axis: tuple[float, float] | None = None
-    late: np.ndarray | None = None
     readout_sd: float = 0.0
 
     @cached_property
@@ -126,8 +126,7 @@ class Evidence:
         """The track in millimetres and seconds."""
         mm = 1e3 * self.unit
         seen = flown(self.track, self.recording, self.flights, mm, self.clock)
-        if self.late is not None and self.readout_sd:
-            seen = replace(seen, late=self.late, readout_sd_s=self.readout_sd)
+        seen = replace(seen, readout_sd_s=self.readout_sd)
         if not self.believed:
             camera = seen.description["camera"]
             pixel = mm if self.track.unit == "px" else camera.get("mm_per_px", 0.0)
@@ -279,24 +278,20 @@ def measure_drop(
     track: Track,
     recording: Recording,
     axis: tuple[float, float] | None = None,
-    late: np.ndarray | None = None,
 ) -> Rebound:
     """Measure a drop and its bounces; of a track from pictures, axis: where the optical
-    axis passes; late (n,): in which share of a rolling shutter's readout each row was
-    read. A readout that is not stated lies between 0 and a frame."""
-    readout, readout_sd, tried = recording.camera.readout_s, 0.0, [track]
-    if late is not None and track.timed:
-        readouts = [readout]
-        if readout is None:
-            readouts = [share * track.step for share in (0.0, 0.5, 1.0)]
-            readout_sd = track.step / math.sqrt(3)  # about an end of its range
-        tried = [replace(track, t_s=track.t_s + r * late) for r in readouts]
+    axis passes. A readout that is not stated lies between 0 and a frame."""
+    readouts, readout_sd = [recording.camera.readout_s or 0.0], 0.0
+    if track.late is None or not track.timed:
+        readouts = [0.0]
+    elif recording.camera.readout_s is None:
+        readouts = [share * track.step for share in (0.0, 0.5, 1.0)]
+        readout_sd = track.step / math.sqrt(3)  # about an end of its range
     try:
-        seen = [(flights_of(one, recording), one) for one in tried]
-        flights, track = max(seen, key=lambda found: _told_rows(found[0]))
-        used = None if late is None else late[~track.outlier]
-        told = _evidence(track.used(), recording, flights)
-        told = replace(told, axis=axis, late=used, readout_sd=readout_sd)
+        seen = [(flights_of(track.read_out(r), recording), r) for r in readouts]
+        flights, readout = max(seen, key=lambda found: _told_rows(found[0]))
+        told = _evidence(track.read_out(readout).used(), recording, flights)
+        told = replace(told, axis=axis, readout_sd=readout_sd)
         bounces = len(flights.rows) > 1
         if flights.few and track.physical and bounces:  # too few to judge gravity by
             told = replace(told, unit=1e-3, believed=True)
@@ -310,10 +305,10 @@ def measure_drop(
     if told.track.physical and not doubt:
         told = replace(told, unit=1e-3, believed=True)
         found = Fitted(told, _again(free, told.session))
-    if readout_sd and late is not None:
-        more, sd = found.fit.by_name[READOUT], found.fit.sd(READOUT)
-        first = (track.t_s - tried[0].t_s)[np.argmax(late)] / late.max()
-        best = f"{1e3 * (first + more):.2g} ± {1e3 * sd:.1g} ms"
+    if readout_sd:
+        readout += found.fit.by_name[READOUT]
+        sd = found.fit.sd(READOUT)
+        best = f"{1e3 * readout:.2g} ± {1e3 * sd:.1g} ms"
         notes.append(
             tr(
                 "[camera] readout_s is not stated; falling and rising parts agree best"
@@ -321,21 +316,21 @@ def measure_drop(
                 best,
             )
         )
-        marked = replace(marked, t_s=marked.t_s + more * late)
     joint = found.model.session.joint
     if not len(joint) or joint[0, 0] != 0:
         fall = _fall_acceleration(free)
         quantities = (*all_failed(QUANTITIES, _no_bounce(told)), *fall)
         notes += [doubt] if doubt else [] if told.track.physical else _scale_note(found)
-        return Rebound(quantities, None, flights, marked, tuple(notes), _curves(found))
+        said, curves = tuple(notes), _curves(found)
+        return Rebound(quantities, None, flights, marked, said, curves, readout)
     notes += [] if doubt else _scale_note(found)
     found, (said, doubts) = _with_height(found)
     bounces = _bounce_table(found)
     if doubt:  # of all lengths and speeds
         bounces = bounces.assign(quality=DOUBTFUL)
-    quantities = _quantities(found, doubt, doubts)
-    notes += said
-    return Rebound(quantities, bounces, flights, marked, tuple(notes), _curves(found))
+    quantities, curves = _quantities(found, doubt, doubts), _curves(found)
+    told_all = tuple(notes + said)
+    return Rebound(quantities, bounces, flights, marked, told_all, curves, readout)
 
 
 def _told_rows(flights: Flights) -> tuple[int, float]:
@@ -511,7 +506,9 @@ def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity,
     known["restitution"] = known["restitution"].doubt(*doubts)
     if doubt:
         ratios = {"restitution_normal", *(() if stated else ("restitution",))}
-        if told.late is not None and not told.readout_sd:  # its readout may be wrong
+        if (
+            told.track.late is not None and not told.readout_sd
+        ):  # its readout may be wrong
             ratios = set()
         ratios &= _alike_by_clock(found)
         known = {n: q if n in ratios else q.doubt(doubt) for n, q in known.items()}

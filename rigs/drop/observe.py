@@ -129,7 +129,7 @@ def _drop_in_frames(
 ) -> Observation:
     share = 1 - tracked.track.y / max(tracked.scene.shape[0] - 1, 1)
     camera = recording.camera
-    seen = tracked.track.in_mm(camera.mm_per_px)
+    seen = replace(tracked.track, late=share).in_mm(camera.mm_per_px)
     seen, recording, said = as_it_fell(seen, recording)
     high, wide = tracked.scene.shape
     axis = (
@@ -139,7 +139,7 @@ def _drop_in_frames(
     drops = _measure_drops(
         seen,
         recording,
-        lambda rows: measure_drop(seen.take(rows), recording, axis, share[rows]),
+        lambda rows: measure_drop(seen.take(rows), recording, axis),
     )
     found = _of_drops(recording, drops, seen, [*notes, *said])
     picture = _draw_drop(tracked, drops, recording, caption(found.quantities))
@@ -185,18 +185,27 @@ def _of_drops(
     ]
     found = each[0] if len(each) == 1 else over_drops(each)
     used = _as_used(track, drops)
-    picture = _plot_flights(drops, used, recording, caption(found.quantities))
+    said = caption(found.quantities)
+    picture = _plot_flights(drops, _as_read(used, drops), recording, said)
     return replace(found, pictures={"flights": picture}, track=used.to_table())
 
 
 def _as_used(track: Track, drops: list[_Drop]) -> Track:
-    """The whole track with the times and outliers that the drops were measured with;
-    what is of none of them is an outlier."""
-    t_s, outlier = track.t_s.copy(), np.ones(len(track), bool)
+    """The whole track with the outliers that the drops were measured with; what is of
+    none of them is an outlier."""
+    outlier = np.ones(len(track), bool)
     for drop in drops:
-        t_s[drop.rows] = drop.result.track.t_s
         outlier[drop.rows] = drop.result.track.outlier
-    return replace(track, t_s=t_s, outlier=outlier)
+    return replace(track, outlier=outlier)
+
+
+def _as_read(track: Track, drops: list[_Drop]) -> Track:
+    """The same with the times at which its rows were read."""
+    t_s = track.t_s.copy()
+    for drop in drops:
+        own = track.take(drop.rows).read_out(drop.result.readout_s)
+        t_s[drop.rows] = own.t_s
+    return replace(track, t_s=t_s)
 
 
 def _plot_flights(

@@ -279,12 +279,23 @@ def drops_of(track: Track, recording: Recording) -> list[SeenTrack]:
     where fewer than two parts of it can be used. Raises as `drop_of`."""
     track, recording, said = as_it_fell(track, recording)
     track = replace(track, notes=(*track.notes, *said))
+    track, readout_sd_s = _read_out(track, recording)
     parts, seen = drop_rows(track, recording), []
     for rows in parts if len(parts) > 1 else []:
         with suppress(MeasurementError):
             seen.append(drop_of(track.take(rows), recording))
     seen = [one for one in seen if len(one.contacts_s)]
-    return _numbered(seen if len(seen) > 1 else [drop_of(track, recording)])
+    seen = seen if len(seen) > 1 else [drop_of(track, recording)]
+    return _numbered([replace(one, readout_sd_s=readout_sd_s) for one in seen])
+
+
+def _read_out(track: Track, recording: Recording) -> tuple[Track, float]:
+    """A track with the times at which a rolling shutter read its rows, and the sd of
+    the readout: where it is not stated, any up to a frame."""
+    readout, sd = recording.camera.readout_s, 0.0
+    if readout is None and track.late is not None and track.timed:
+        readout, sd = track.step / 2, track.step / math.sqrt(12)
+    return track.read_out(readout or 0.0), sd
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:
@@ -372,7 +383,7 @@ def flown(
         mm * track.y,
         mm * track.sd,
         weight,
-        no_rows(),
+        no_rows() if track.late is None else track.late,
         track.angle_deg,
         flight,
         seconds * np.array(found.contacts()),

@@ -38,6 +38,7 @@ TRACK_EXTRA = (
     "sd_mm",
     "sd_px",
     "tilt_deg",
+    "late",
     "outlier",
     "area_px",
     "t_s",

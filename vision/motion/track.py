@@ -24,7 +24,7 @@ LEAST_PLACES = 4  # that make a track of their own: a parabola and one to check 
 PLACE_SD_PX = 1.0
 Places = Mapping[int, tuple[float, float]]  # frame → x, y [px]
 _ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
-_OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
+_OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg", "late")
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,9 @@ class Track:
     frame: numbers as recorded (a lost frame is a missing row). t_s: all NaN without a
     frame rate. sd: of x and of y, each; NaN where not stated. angle_deg: unwrapped,
     anticlockwise; NaN where unknown; None where not measured. tilt_deg: the plate's
-    angle at the same time. outlier: rows that no fit uses."""
+    angle at the same time. late: in which share of a rolling shutter's readout, after
+    t_s, each row was read; None where that counts for nothing. outlier: rows that no
+    fit uses."""
 
     frame: np.ndarray
     t_s: np.ndarray
@@ -48,6 +50,7 @@ class Track:
     angle_sd_deg: np.ndarray | None = None
     tilt_deg: np.ndarray | None = None
     tilt_sd_deg: float | None = None
+    late: np.ndarray | None = None
     notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -109,6 +112,12 @@ class Track:
     def used(self) -> "Track":
         """Without the outliers."""
         return self if not self.outlier.any() else self.take(~self.outlier)
+
+    def read_out(self, readout_s: float) -> "Track":
+        """Each row at the time at which a rolling shutter read it."""
+        if not readout_s or self.late is None:
+            return self
+        return replace(self, t_s=self.t_s + readout_s * self.late)
 
     def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
