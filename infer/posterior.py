@@ -55,6 +55,8 @@ NOTHING_CERTAIN = 0.995  # probability of nothing missing at which no more is fi
 NOTHING_DOUBTFUL = 0.5
 # factor on priors for estimates: a prior is for presence, not for size
 WIDE_PRIOR = 5.0
+# ln weight of every set (alternative, names), and the fitted set that it is told by
+Weights = dict[tuple[int, tuple[str, ...]], tuple[float, tuple[str, ...]]]
 
 
 def explain(
@@ -114,9 +116,7 @@ class _Search:
                 own.odds / sum(a.odds for a in self.alternatives),
             )
 
-    def weights(
-        self,
-    ) -> dict[tuple[int, tuple[str, ...]], tuple[float, tuple[str, ...]]]:
+    def weights(self) -> Weights:
         """ln weight of every set, and the fitted set from which it is computed.
 
         That is the set itself, else its fitted subset with the most components, the
@@ -194,7 +194,9 @@ class _Search:
         of_listed = np.logaddexp.reduce(
             [w for key, (w, _) in weights.items() if listed[key] == key[1]]
         )
-        singles = self._single_effects_to_fit() if nothing < NOTHING_DOUBTFUL else {}
+        singles = (
+            self._single_effects_to_fit(weights) if nothing < NOTHING_DOUBTFUL else {}
+        )
         if singles:
             return max(singles, key=lambda key: singles[key])
         wanted: dict[tuple[int, tuple[str, ...]], float] = {}
@@ -212,27 +214,31 @@ class _Search:
                 }
         return max(wanted, key=lambda key: wanted[key], default=None)
 
-    def _single_effects_to_fit(self) -> dict[tuple[int, tuple[str, ...]], float]:
+    def _single_effects_to_fit(
+        self, weights: Weights
+    ) -> dict[tuple[int, tuple[str, ...]], float]:
         """Unfitted single components that may be missing; nonlinear ones whatever their
         slope."""
-        own = [
-            self.value(k, (), ())[0] + np.log(a.odds) + a.ln_likelihood
-            for k, a in enumerate(self.alternatives)
-        ]
-        least = max(own) + np.log(BASELINE_WEIGHT)
-        alive = [k for k, value in enumerate(own) if value > least]
-        weights = {
+        every = range(len(self.alternatives))
+        # of baselines that are likely as they are, or with anything beside them
+        alone = np.array([weights[k, ()][0] for k in every])
+        at_best = np.full(len(alone), -np.inf)
+        for (k, _), (weight, _) in weights.items():
+            at_best[k] = max(at_best[k], weight)
+        least = np.log(BASELINE_WEIGHT)
+        alive = (alone > alone.max() + least) | (at_best > at_best.max() + least)
+        singles = {
             (k, names): self.value(k, (), names)[0]
             + prior
             + self.alternatives[k].ln_likelihood
-            for k in alive
+            for k in np.flatnonzero(alive)
             for names, prior in self.priors[k].items()
             if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
         }
-        total = np.logaddexp.reduce(list(weights.values())) if weights else 0.0
+        total = np.logaddexp.reduce(list(singles.values())) if singles else 0.0
         heavy = total + np.log(SINGLE_WEIGHT)
         unfitted: dict[tuple[int, tuple[str, ...]], float] = {}
-        for (k, names), value in weights.items():
+        for (k, names), value in singles.items():
             nonlinear = self.alternatives[k].problem.effects[names[0]].nonlinear
             if names not in self.tables[k] and (nonlinear or value >= heavy):
                 unfitted[k, names] = value

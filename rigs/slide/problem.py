@@ -73,6 +73,7 @@ LOSES = "kinetic-friction"  # the effect of a block that lets go with less frict
 SLOW_CLIMB = 2.0  # sds of ln time: stairs leave side minima between fast and slow
 # other rates of tilting from which a fit starts, as ln of the ratio to the stated one
 LN_RATES = (-4.1, -2.0, -0.7, 0.7, 2.0, 4.1)
+LITTLE = 4.0  # share of a loss of friction that is seen, beside no other onset
 STEP = 1e-5  # of a prior's sd, for derivatives
 
 
@@ -506,8 +507,11 @@ def with_starts(prepared: Prepared, model: Model, near: Fit | None = None) -> Pr
         for name, effect in model.effects.items():
             if effect.rest and effect.nonlinear:
                 columns = problem.columns_of(name)
-                values = {n: model.effects[n].low for n in columns} | {name: loss}
-                further.append((own, _globals(problem, values)))
+                slow = {n: model.effects[n].low for n in columns}
+                further += [
+                    (own, _globals(problem, slow | {name: loss})),
+                    (problem.starts, _globals(problem, {name: loss / LITTLE})),
+                ]
     return replace(problem, further_starts=tuple(further))
 
 

@@ -1,6 +1,7 @@
 """Rolling shutter against parabolas read row by row: each place solves y = Y(t +
 readout × row / rows)."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,7 @@ def found(filmed, readout_s, distance_mm=None):
         drop=Drop(height_mm=HEIGHT),
     )
     track, share = filmed
-    rebound = measure_drop(track, known, late=share)
+    rebound = measure_drop(replace(track, late=share), known)
     return (
         next(q for q in rebound.quantities if q.name == "restitution_normal"),
         rebound,
