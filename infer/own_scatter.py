@@ -28,7 +28,7 @@ NOT_TOLD = 1e-9  # of the information on a column, below which it is not told
 
 @dataclass(frozen=True, eq=False)
 class OwnScatter:
-    """sd (K,): root of the mean square of what recordings have of their own; times
+    """sd (K,): what recordings have of their own, the mean of its likely sizes; times
     (R,): λ; shown: whether the recordings show any (ln L rises by SHOWN or more), else
     its size is what was believed before; beyond: rise of ln L above that of any size up
     to what recordings differ by at most."""
@@ -94,7 +94,7 @@ def _sizes(
         seen = max(rest) > nothing + SHOWN
         if (always & kind).any() or seen:
             weight = np.exp(ln - ln.max())
-            found += usual * kind * np.sqrt((weight * SIZES**2).sum() / weight.sum())
+            found += usual * kind * (weight @ SIZES) / weight.sum()
         shown = shown or seen
         within = np.array(rest)[usual[kind][0] * SIZES <= most]
         beyond = max(rest) - float(within.max())
