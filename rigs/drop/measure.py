@@ -329,8 +329,8 @@ def measure_drop(
     if doubt:  # of all lengths and speeds
         bounces = bounces.assign(quality=DOUBTFUL)
     quantities, curves = _quantities(found, doubt, doubts), _curves(found)
-    told_all = tuple(notes + said)
-    return Rebound(quantities, bounces, flights, marked, told_all, curves, readout)
+    everything = tuple(notes + said)
+    return Rebound(quantities, bounces, flights, marked, everything, curves, readout)
 
 
 def _told_rows(flights: Flights) -> tuple[int, float]:
@@ -506,10 +506,8 @@ def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity,
     known["restitution"] = known["restitution"].doubt(*doubts)
     if doubt:
         ratios = {"restitution_normal", *(() if stated else ("restitution",))}
-        if (
-            told.track.late is not None and not told.readout_sd
-        ):  # its readout may be wrong
-            ratios = set()
+        rolls = told.track.late is not None and not told.readout_sd
+        ratios = set() if rolls else ratios  # the readout that is stated may be wrong
         ratios &= _alike_by_clock(found)
         known = {n: q if n in ratios else q.doubt(doubt) for n, q in known.items()}
     e = known["restitution_normal"].value
