@@ -125,7 +125,8 @@ def _moved(paths: list[Path], changes: list[Change], fit: Fitted) -> float | Non
         return None
     e = np.concatenate([-path.log["vz_out"] / path.log["vz_in"] for path in paths])
     plain, nuisanced = by_method.mean(axis=1) / np.std(e) * np.sqrt(len(e))
-    alike = max(abs(plain), abs(nuisanced)) < LITTLE or 1 / 3 < nuisanced / plain < 3
+    less, more = sorted(map(abs, (plain, nuisanced)))
+    alike = more < LITTLE or (plain * nuisanced > 0 and more < 3 * less)
     return float(plain) if alike else None
 
 
