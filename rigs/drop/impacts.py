@@ -13,8 +13,8 @@ from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.problem import Fit
 from benchtwin.rigs.drop.flight_model import (
     Model,
+    contact_states,
     pushed,
-    velocities,
 )
 from benchtwin.rigs.drop.reduction import slopes_at, whitened
 from benchtwin.rigs.drop.session import height_sd_mm
@@ -117,9 +117,10 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
 def speeds_at_contacts(
     model: Model, starts: np.ndarray, values: dict[str, float]
 ) -> np.ndarray:
-    """(2, J, 2) [m/s]: before all contacts, and after them."""
+    """(2, J, 2) [m/s]: before all contacts, and after them, where the flights meet in
+    height."""
     push = pushed(model, starts, values)
-    return velocities(model.contacts, starts, push).reshape(2, -1, 2)
+    return contact_states(model, starts, push)[2].reshape(2, -1, 2)
 
 
 def with_speeds(impacts: Impacts, speeds: np.ndarray) -> Impacts:
