@@ -86,6 +86,6 @@ def test_the_readout_is_found_and_with_it_restitution(monkeypatch):
     assert not found.alarm
     base = diagnose.fit(fits[0].alternatives[0].problem)
     off = base.by_name[READOUT] + 0.5 / FPS - READOUT_S
-    assert abs(off) < 3 * base.sd(READOUT) < 3e-4
+    assert abs(off) < 3 * base.sd(READOUT) < 5e-4
     e = found.contact["restitution"].nothing_missing
     assert e.value == pytest.approx(0.55, abs=0.002)
