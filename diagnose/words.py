@@ -176,13 +176,13 @@ def _set(names: tuple[str, ...], p: float, finding: Finding) -> str:
 
 def statements(finding: Finding) -> dict[tuple[tuple[str, ...], bool], float]:
     """Probability of exactly these listed effects, with or without something unlisted,
-    the greatest first; all of them add up to 1."""
+    the greatest first, of those that read alike by name; all of them add up to 1."""
     out: dict[tuple[tuple[str, ...], bool], float] = {}
     for names, p in finding.explanations:
         listed = tuple(n for n in names if n not in finding.unlisted)
         key = listed, len(listed) < len(names)
         out[key] = out.get(key, 0.0) + p
-    return dict(sorted(out.items(), key=lambda entry: -entry[1]))
+    return dict(sorted(out.items(), key=lambda entry: (-round(entry[1], 2), entry[0])))
 
 
 def _else_possible(finding: Finding) -> list[str]:
