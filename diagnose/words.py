@@ -176,7 +176,8 @@ def _set(names: tuple[str, ...], p: float, finding: Finding) -> str:
 
 def statements(finding: Finding) -> dict[tuple[tuple[str, ...], bool], float]:
     """Probability of exactly these listed effects, with or without something unlisted,
-    the greatest first, of those that read alike by name; all of them add up to 1."""
+    the greatest first, those that are alike in per cent by name; all of them add up to
+    1."""
     out: dict[tuple[tuple[str, ...], bool], float] = {}
     for names, p in finding.explanations:
         listed = tuple(n for n in names if n not in finding.unlisted)

@@ -1,8 +1,8 @@
 """How much recordings differ within themselves: the size of what each has of its own
 beside a common law, and which of them are odd.
 
-Rows of recording r: b = A θ + D u + ε, u ~ N(0, λ²σ²) its own, λ = 1, of an odd one
-that of ODD under which it is likelier. Restricted maximum likelihood takes everything
+Rows of recording r: b = A θ + D u + ε, u ~ N(0, λ²σ²) its own. λ is 1, and for an odd
+recording the likeliest value of ODD. Restricted maximum likelihood takes everything
 common, effects included, as free, so that what all recordings have alike does not
 count as scatter:
 

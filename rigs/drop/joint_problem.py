@@ -450,8 +450,9 @@ def _reduced(
 def _felt(
     joint: JointModel, starts: np.ndarray, values: np.ndarray, changed, model
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Globals of flights (g,) with which the speeds at all impacts change together, the
-    starts at their best, and what they take from the impacts' residuals (g, m)."""
+    """Where the globals stand (g,) on which the speeds at all impacts depend: each
+    session's readout [s]. And by how much the impacts' residuals fall with each (g, m)
+    [1/s], the flights' starts being fitted again."""
     spots = [
         spot[part.names.index(READOUT)]
         for part, spot in zip(joint.parts, joint.spots, strict=True)

@@ -290,12 +290,15 @@ def drops_of(track: Track, recording: Recording) -> list[SeenTrack]:
 
 
 def _read_out(track: Track, recording: Recording) -> tuple[Track, float]:
-    """A track with the times at which a rolling shutter read its rows, and the sd of
-    the readout: where it is not stated, any up to a frame."""
-    readout, sd = recording.camera.readout_s, 0.0
-    if readout is None and track.late is not None and track.timed:
-        readout, sd = track.step / 2, track.step / math.sqrt(12)
-    return track.read_out(readout or 0.0), sd
+    """A track with the times at which a rolling shutter read its rows, and the sd [s]
+    of the readout. Not stated it is any up to a frame; stated it is known, whatever
+    that of other films of its session."""
+    readout = recording.camera.readout_s
+    if track.late is None or not track.timed:
+        return track, 0.0
+    if readout is not None:
+        return replace(track.read_out(readout), late=None), 0.0
+    return track.read_out(track.step / 2), track.step / math.sqrt(12)
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:

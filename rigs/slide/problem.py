@@ -60,7 +60,7 @@ READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve about which noise is estimated
 # of runs of few rows: degree of the curve, on a plate that stands and on one that tilts
 # (the pull grows with time); sd where it cannot be estimated
-FEW_DEGREES = (2, 3)
+DEGREE_STANDING, DEGREE_TILTING = 2, 3
 FEW_SD_MM = 0.5
 EXACT_MM = 1e-4  # floor for simulated tracks
 # flat, each run's own: place, onset, speed, friction; the plate's angle, a phase; lock
@@ -73,7 +73,7 @@ LOSES = "kinetic-friction"  # the effect of a block that lets go with less frict
 SLOW_CLIMB = 2.0  # sds of ln time: stairs leave side minima between fast and slow
 # other rates of tilting from which a fit starts, as ln of the ratio to the stated one
 LN_RATES = (-4.1, -2.0, -0.7, 0.7, 2.0, 4.1)
-LITTLE = 4.0  # share of a loss of friction that is seen, beside no other onset
+LESS = 4.0  # times less friction lost than seems, of a further start
 STEP = 1e-5  # of a prior's sd, for derivatives
 
 
@@ -215,7 +215,7 @@ def stretches(run: Run) -> list[Stretch]:
         if not len(t):  # light gates see no rest
             continue
         t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
-        few = FEW_DEGREES[not run.in_motion]
+        few = DEGREE_STANDING if run.in_motion else DEGREE_TILTING
         degree = min(degree, few if run.few else max(len(t) // 6, 0))
         design = legendre.legvander(t, degree)
         crossed = float(np.ptp(run.travel[part])) > DEGREE * float(
@@ -510,7 +510,7 @@ def with_starts(prepared: Prepared, model: Model, near: Fit | None = None) -> Pr
                 slow = {n: model.effects[n].low for n in columns}
                 further += [
                     (own, _globals(problem, slow | {name: loss})),
-                    (problem.starts, _globals(problem, {name: loss / LITTLE})),
+                    (problem.starts, _globals(problem, {name: loss / LESS})),
                 ]
     return replace(problem, further_starts=tuple(further))
 

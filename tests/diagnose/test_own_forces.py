@@ -5,8 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from falling import Bench, tracks
 
+from benchtwin.bench.priors import FARTHEST_M
 from benchtwin.diagnose.words import verdict_in_words
+from benchtwin.infer import own_scatter
 from benchtwin.rigs.drop import joint_problem, reduction
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.joint_problem import (
@@ -63,6 +66,45 @@ def test_the_size_of_own_forces_is_found_and_what_is_common_is_none_of_it():
     for common in ((0.0, 0.0), (0.3, 0.3)):
         none = np.array([own_force(flights(seed, 0, common)) for seed in range(8)])
         assert np.exp(np.log(none).mean()) < 0.025
+
+
+@pytest.mark.parametrize("linearised", [False, True])
+def test_a_distance_that_nobody_states_is_found(linearised, monkeypatch):
+    """1 m, within a factor of 3 of each of three benches of five drops: motion towards
+    the camera is believed as fast as that across, no better; as a control, of
+    likelihoods that are linearised where the camera is far away."""
+    real, far = joint_problem.fit_flights, []
+
+    def as_from_far(sessions, near=None):
+        if near is None:
+            far.append(real(sessions))
+            return far[-1]
+        moved, at = joint_problem.joint_flights(sessions), far[-1]
+        reduced = moved.reduce(at.starts, at.values)[0]
+        return replace(at, problem=moved, reduced=reduced)
+
+    if linearised:
+        monkeypatch.setattr(joint_problem, "fit_flights", as_from_far)
+    near = Bench(away=1.0, noise_mm=0.03, rho=0.0, tip_deg=20.0)
+    found = []
+    for seed in (1, 2, 3):
+        seen = tracks(near, 5, np.random.default_rng(seed))
+        session = prepare_sessions(seen, FARTHEST_M)[0][0]
+        model = joint_problem.with_distance(session).problem.model
+        found.append(model.session.away[0])
+    assert (max(found) < 3.0) != linearised
+    assert min(found) > 1 / 3
+
+
+def test_one_flight_that_is_far_off_makes_no_other_wide(monkeypatch):
+    """71 m/s² of one of nine, a thousand times what the others differ by; as a control
+    more than twice theirs where odd flights differ by ten times."""
+    seen = flights(3, 0.05)
+    thrown = replace(seen[4], y_mm=seen[4].y_mm + 1e3 * 71 * seen[4].time_s ** 2 / 2)
+    odd, usual = [*seen[:4], thrown, *seen[5:]], own_force(seen).min()
+    wide = own_force(odd).min()
+    monkeypatch.setattr(own_scatter, "ODD", (10.0,))
+    assert own_force(odd).min() > 2 * wide > usual
 
 
 def test_a_flight_that_was_pushed_is_named_and_widens_no_other(monkeypatch):

@@ -51,7 +51,7 @@ def test_slides_past_gates_are_diagnosed(tmp_path, seed):
 def test_friction_lost_at_the_onset_is_seen_past_gates(tmp_path, monkeypatch, degree):
     """.01 of .35, which .1 ms at gates see well; as a control, with noise that is
     estimated about parabolas, as if the pull did not grow while the plate tilts."""
-    monkeypatch.setattr(problem, "FEW_DEGREES", (2, degree))
+    monkeypatch.setattr(problem, "DEGREE_TILTING", degree)
     bench(tmp_path / "a", np.random.default_rng(1), RATE, loss=0.01)
     found = diagnose_slide(read_slides(tmp_path / "a"), np.random.default_rng(0))
     assert found.alarm == (degree == 3)
